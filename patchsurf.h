@@ -1,0 +1,3176 @@
+/* >>api ======================================================================================= */
+
+#ifndef PSURF_H_INCLUDED
+#define PSURF_H_INCLUDED
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define PSURF_VERSION_MAJOR 0
+#define PSURF_VERSION_MINOR 1
+#define PSURF_VERSION_PATCH 0
+#define PSURF_VERSION (PSURF_VERSION_MAJOR * 10000 + PSURF_VERSION_MINOR * 100 + PSURF_VERSION_PATCH)
+#define PSURF_TABLE_VERSION 1u          /* of the structs that the GPU reads, psurf_ring to psurf_trig */
+
+#ifndef PSURF_REAL
+#define PSURF_REAL float
+#endif
+
+#ifndef PSURF_API
+#if defined(PSURF_STATIC) && (defined(__GNUC__) || defined(__clang__))
+#define PSURF_API static __attribute__((unused))
+#elif defined(PSURF_STATIC)
+#define PSURF_API static
+#else
+#define PSURF_API extern
+#endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- values ---------------------------------------------------------------------------------- */
+
+typedef PSURF_REAL psurf_real;                  /* float, or double for tests and reports */
+typedef struct psurf_topology psurf_topology;   /* opaque, immutable, shareable between threads */
+
+#define PSURF_NONE 0xFFFFFFFFu                  /* an index that points nowhere */
+#define PSURF_MAX_RATE 16384u                   /* segments per edge */
+#define PSURF_MAX_FACE_SIZE 65535u              /* corners of a face */
+#define PSURF_MAX_VALENCE 16777215u             /* edges at a vertex */
+
+/* Every result of the library: code, and what it says. The manual's ERRORS tells what provokes it. */
+#define PSURF_RESULTS(X)                                                                           \
+    X(OK,            "ok")                                                                         \
+    X(BAD_DESC,      "descriptor is inconsistent or was not zero-initialised")                     \
+    X(BAD_INDEX,     "face refers to a vertex that does not exist")                                \
+    X(BAD_FACE,      "face has fewer than 3 corners, too many, or names a vertex twice")           \
+    X(BAD_EDGE,      "edge tag names no edge, names one twice, or has a blend ratio out of 0..1")  \
+    X(BAD_WINDING,   "two faces run along an edge in the same direction")                          \
+    X(NON_MANIFOLD,  "more than two faces share an edge")                                          \
+    X(NOT_FINITE,    "vertex position is not finite")                                              \
+    X(TOO_LARGE,     "mesh or output exceeds a documented limit or the address space")             \
+    X(OUT_OF_MEMORY, "allocator returned NULL")                                                    \
+    X(UNSUPPORTED,   "valid mesh, but beyond what this version covers")
+typedef enum psurf_result {
+#define PSURF__X(name, text) PSURF_##name,
+    PSURF_RESULTS(PSURF__X)
+#undef PSURF__X
+    PSURF_RESULT_COUNT
+} psurf_result;
+
+/* A located result. Fields that do not apply are PSURF_NONE. The message is static text. */
+typedef struct psurf_error {
+    psurf_result result;
+    uint32_t face, corner;      /* corner = position in the face, 0..size-1 */
+    uint32_t vertex, other;     /* the vertex concerned; of an edge: both its ends */
+    const char *message;
+} psurf_error;
+
+/* Memory for the few calls that allocate. Both functions set, or both NULL for malloc and free.
+   alloc returns size bytes aligned to align (a power of two, at most 16), or NULL. release gets the
+   size that alloc was asked for; it is never called with NULL. */
+typedef struct psurf_allocator {
+    void *(*alloc)(void *ctx, size_t size, size_t align);
+    void (*release)(void *ctx, void *memory, size_t size);
+    void *ctx;
+} psurf_allocator;
+
+typedef enum psurf_scheme { PSURF_PM, PSURF_SCHEME_COUNT } psurf_scheme;
+
+/* The kinds of patch, in the order of their blocks in memory. Points stored per patch: 16, 13, 19,
+   25, 31. Their order within a patch:
+     bicubic  g_ij at 4*j+i; i along corner 0 -> 1, j along corner 0 -> 3
+     polar    h_ij at 4*j+i for j = 0, 1, 2; i along the base A -> B, j towards the pole; then the pole
+     p3 4 5   per sector i: v^i, t0^i, t1^(i+1), b211^i, b121^i, b112^i; last b004, the centre */
+typedef enum psurf_kind {
+    PSURF_BICUBIC, PSURF_POLAR, PSURF_P3, PSURF_P4, PSURF_P5, PSURF_KIND_COUNT
+} psurf_kind;
+
+/* ---- topology: once per connectivity --------------------------------------------------------- */
+
+enum { PSURF_BLEND = 1u };              /* psurf_edge_tag.flags: blend0 and blend1 count */
+enum { PSURF_DEFAULT_BLEND = 1u };      /* psurf_mesh_desc.flags: default_blend counts, else 2/3 */
+
+/* What the caller says of one edge. A blend ratio (alpha of paper eq. 14) sharpens the surface at
+   one end of an edge: 2/3 is the uniform B-spline, 0 a crease, 1 softer than the B-spline. */
+typedef struct psurf_edge_tag {
+    uint32_t v0, v1, flags;
+    float blend0, blend1;               /* 0..1, at the end v0 and at the end v1 */
+} psurf_edge_tag;
+
+/* The connectivity of a mesh. Zero-initialise it; nothing it points to is kept after the call. */
+typedef struct psurf_mesh_desc {
+    uint32_t _start_canary;
+    uint32_t vertex_count, face_count;
+    const uint32_t *face_sizes;         /* [face_count] corners of each face; NULL: all uniform_size */
+    uint32_t uniform_size;              /* read only without face_sizes */
+    const uint32_t *face_vertices;      /* [sum of sizes] counter-clockwise seen from outside */
+    const psurf_edge_tag *edges;        /* [edge_count] or NULL */
+    uint32_t edge_count;
+    uint32_t flags;
+    float default_blend;                /* with PSURF_DEFAULT_BLEND: of every edge without a tag */
+    const psurf_real *positions;        /* [vertex_count][3] or NULL: only to refuse non-finite ones */
+    size_t position_stride;             /* bytes between positions; 0 = 3 reals */
+    psurf_allocator allocator;
+    uint32_t _end_canary;
+} psurf_mesh_desc;
+
+/* Builds the topology of a mesh; validates every number it reads.
+   desc: as above. topology: receives the object, or NULL unless PSURF_OK. error: receives the place
+   of the offence, may be NULL.
+   Returns any result of the list except what only other calls return. Allocates twice through
+   desc->allocator, which is copied and must outlive the object, and keeps one of the two blocks.
+   Linear in the number of face corners. Any thread; calls do not know of each other.
+   Source: [PM] sections 3 and 4 (rings, facet classes). */
+PSURF_API psurf_result psurf_topology_create(const psurf_mesh_desc *desc, psurf_topology **topology,
+                                             psurf_error *error);
+
+/* Releases a topology; NULL is fine. No thread may still use it. */
+PSURF_API void psurf_topology_destroy(psurf_topology *topology);
+
+/* Facts about a topology. Counts are of the input mesh. */
+typedef struct psurf_info {
+    uint32_t vertices, faces, edges, boundary_edges, hard_edges;
+    uint32_t components;                /* sets of faces connected through vertices */
+    uint32_t max_valence;               /* most edges at one vertex */
+    uint32_t valence2;                  /* interior vertices with two edges */
+    uint32_t kind_faces[PSURF_KIND_COUNT];
+    uint32_t ngon_faces;                /* faces that are split */
+    uint32_t rings, spokes, facets;
+    size_t bytes, peak_bytes;           /* kept by the object; most held while it was built */
+} psurf_info;
+
+/* Fills *info. Neither pointer may be NULL. No allocation; any number of threads. */
+PSURF_API void psurf_topology_info(const psurf_topology *topology, psurf_info *info);
+
+/* The tables that both processors read: std430 arrays without padding, uploaded as they are.
+   A ring is a vertex with its fan of facets. Facet f_j lies between spokes j and j+1, counter-
+   clockwise; spoke j runs along the edge to E_j. Corners stand in the order of the facets, facets in
+   the order of their patches: by kind, then by face. So corner i of facet k of a kind with m sides
+   is corner kind_first_corner + (k - kind_first) * m + i. */
+typedef struct psurf_ring {
+    uint32_t point;                     /* vertex */
+    uint32_t first_spoke;
+    uint32_t valence;                   /* spokes; bit 31: polar vertex */
+    uint32_t trig;                      /* row of psurf_trig: scales, then cos and sin of j/n turns */
+} psurf_ring;
+typedef struct psurf_spoke {
+    uint32_t end;                       /* E_j */
+    uint32_t after, before;             /* facet f_j: vertex after E_j, vertex before E_(j+1) */
+} psurf_spoke;
+typedef struct psurf_corner {
+    uint32_t ring;                      /* bit 31: this facet writes the welded vertex */
+    uint32_t spoke;                     /* in the table of spokes: along the edge to the next corner */
+    uint32_t edge;                      /* of that edge; bit 31: this facet writes its welded samples */
+} psurf_corner;
+typedef struct psurf_facet {
+    uint32_t face;
+    uint32_t piece;                     /* bits 0-15: piece of a split face; 16-17: corner A (polar) */
+} psurf_facet;
+typedef struct psurf_edge { uint32_t corner, other; } psurf_edge;   /* corners; the writer first */
+typedef struct psurf_trig { psurf_real c, s; } psurf_trig;
+#define PSURF_WRITER 0x80000000u        /* bit 31 of psurf_corner.ring and .edge */
+#define PSURF_POLAR_RING 0x80000000u    /* bit 31 of psurf_ring.valence */
+
+typedef struct psurf_table { const void *data; uint32_t count, stride; } psurf_table;
+typedef struct psurf_tables {
+    psurf_table rings, spokes, corners, facets, edges, trig;
+    psurf_table blends;                 /* float per spoke; empty where all are 2/3 */
+    psurf_table face_facet;             /* uint32_t per face: its first facet */
+    uint32_t kind_first[PSURF_KIND_COUNT + 1];          /* first facet of each kind */
+    uint32_t kind_first_corner[PSURF_KIND_COUNT + 1];
+    uint32_t version;                   /* PSURF_TABLE_VERSION */
+} psurf_tables;
+
+/* Views of the tables, valid until the topology is destroyed. Neither pointer may be NULL. */
+PSURF_API void psurf_topology_tables(const psurf_topology *topology, psurf_tables *tables);
+
+/* The spoke that leaves vertex v0 along the edge to v1: the index of its blend ratio in
+   psurf_tables.blends and psurf_construct_desc.blends. PSURF_NONE if there is no such edge.
+   Linear in the number of rings before first use... */
+PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0, uint32_t v1);
+
+/* ---- patches: once per frame ----------------------------------------------------------------- */
+
+/* Construction runs in passes. Within a pass, items may be done in any order, in any ranges, by any
+   threads; all of a pass must be done before the next one starts. */
+typedef enum psurf_pass {
+    PSURF_PASS_CENTRES,                 /* centres of split faces (none in this version) */
+    PSURF_PASS_VERTICES,                /* per ring: limit point, tangent points, face points */
+    PSURF_PASS_FACETS,                  /* per facet: control points */
+    PSURF_PASS_COUNT
+} psurf_pass;
+
+/* One tight array of patches per kind: patch k of a block starts at offset + k * 3 * points reals. */
+typedef struct psurf_kind_block { size_t offset; uint32_t count, points; } psurf_kind_block;
+typedef struct psurf_patches_layout {
+    size_t patch_bytes, scratch_bytes;
+    uint32_t pass_items[PSURF_PASS_COUNT];
+    psurf_kind_block kind[PSURF_KIND_COUNT];    /* in the patches; offsets are multiples of 256 */
+    size_t limit_offset;                /* in the scratch: [rings][3] limit points v */
+    size_t spoke_offset;                /* in the scratch: [spokes][2][3] t_j, f_j; multiple of 256 */
+} psurf_patches_layout;
+
+/* Patches of one mesh: a plain value that owns nothing. Fill it with psurf_patches_bind. The
+   topology and the patch memory must outlive it; the scratch is read by construction alone. */
+typedef struct psurf_patches {
+    const psurf_topology *topology;
+    psurf_scheme scheme;
+    psurf_patches_layout layout;
+    void *patches, *scratch;
+} psurf_patches;
+
+typedef struct psurf_construct_desc {
+    uint32_t _start_canary;
+    const psurf_real *positions;        /* [vertex_count][3] */
+    size_t position_stride;             /* bytes between positions; 0 = 3 reals */
+    const float *blends;                /* [spokes] instead of the topology's; NULL = the topology's */
+    uint32_t _end_canary;
+} psurf_construct_desc;
+
+/* How much memory the patches of a topology take, and how it is laid out.
+   Returns PSURF_OK; BAD_DESC for an unknown scheme or NULL; TOO_LARGE where it exceeds the address
+   space. No allocation; any number of threads. */
+PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_scheme scheme,
+                                          psurf_patches_layout *layout);
+
+/* Fills *out for memory of the caller: patches of layout.patch_bytes and scratch of
+   layout.scratch_bytes, each aligned for psurf_real (mapped GPU memory is fine: it is written once,
+   front to back within a range, and never read by construction).
+   scratch may be NULL where patches are only evaluated.
+   Returns as psurf_patches_size; BAD_DESC for NULL or misaligned memory. */
+PSURF_API psurf_result psurf_patches_bind(psurf_patches *out, const psurf_topology *topology,
+                                          psurf_scheme scheme, void *patches, void *scratch);
+
+/* Runs items first..first+count-1 of one pass; a range beyond the last item is cut there.
+   Non-finite positions flow to the points they reach and nowhere else.
+   Returns PSURF_OK, or BAD_DESC for canaries, NULL positions, a misaligned stride or no scratch.
+   No allocation. Threads: disjoint ranges of one pass run concurrently.
+   Source: [PM] eqs. 13-16 (vertices), 17-22 (facets). */
+PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
+                                            const psurf_construct_desc *desc, psurf_pass pass,
+                                            uint32_t first, uint32_t count);
+
+/* All passes over the whole mesh, on this thread. Returns as psurf_construct_pass. */
+PSURF_API psurf_result psurf_construct(const psurf_patches *patches, const psurf_construct_desc *desc);
+
+/* One patch as it lies in memory. */
+typedef struct psurf_patch {
+    psurf_kind kind;
+    uint32_t face, sector;              /* sector: the piece of a split face, else 0 */
+    uint32_t point_count;
+    const psurf_real *points;           /* [point_count][3] */
+} psurf_patch;
+
+/* Patch number index, 0 .. psurf_info.facets-1, in the order of kinds, then faces. An index out of
+   range gives point_count 0. No allocation; any number of threads. */
+PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t index);
+
+/* ---- points: per sample ---------------------------------------------------------------------- */
+
+/* A place on the surface. Triangles: u, v are the weights of corner 1 and corner 2. Quads: the unit
+   square, corners at (0,0) (1,0) (1,1) (0,1). Both ignore the sector. Faces with m >= 5 corners:
+   sector i spans corner i, corner i+1 and the centre; u, v are the weights of the two corners. */
+typedef struct psurf_sample {
+    uint32_t face, sector;
+    psurf_real u, v;
+} psurf_sample;
+
+/* Where results go; NULL = skip. Element k of an array lies k * stride bytes from its start; stride
+   0 = 3 reals; all arrays share it. n has unit length, or is zero where no direction exists (all
+   control points of the patch on one line). du .. dvv are with respect to the sample's u and v. */
+typedef struct psurf_points {
+    psurf_real *p, *n, *du, *dv, *duu, *duv, *dvv;
+    size_t stride;
+} psurf_points;
+
+/* Evaluates count samples.
+   Faces and sectors out of range are clamped to the last one, parameters to the domain, NaN to 0: any
+   bytes are safe. At a pole du and dv are those of the line from the middle of the base, and second
+   derivatives do not exist: they are written as 0.
+   On facet boundaries p comes from the one cubic that both facets share: bit-identical from both
+   sides where the edge parameters are exactly s and 1-s.
+   No allocation; any number of threads; no pointer but those inside out may be NULL.
+   Source: [PM] sections 2 and 3; pole: [PM] eq. 19, rows weighted by B_j(v)/(1-v). */
+PSURF_API void psurf_eval(const psurf_patches *patches, const psurf_sample *samples, uint32_t count,
+                          const psurf_points *out);
+
+/* Gaussian and mean curvature at count samples; either output may be NULL. [count] reals each, NaN
+   where curvature does not exist (poles, vanishing normals). Signs: mean curvature is negative where
+   the surface bends away from the normal (a sphere seen from outside: mean = -1/r, gauss = 1/r^2).
+   Samples are treated as in psurf_eval. No allocation; any number of threads. */
+PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample *samples,
+                               uint32_t count, psurf_real *gauss, psurf_real *mean);
+
+enum {
+    PSURF_TESS_PER_FACE = 1u,           /* every face has vertices of its own; default: welded */
+    PSURF_TESS_INDEX16 = 2u             /* uint16_t indices; default: uint32_t */
+};
+typedef struct psurf_tess_desc {
+    uint32_t _start_canary;
+    uint32_t rate;                      /* segments per edge, 1..PSURF_MAX_RATE */
+    uint32_t flags;
+    uint32_t _end_canary;
+} psurf_tess_desc;
+
+/* The part of a whole mesh's tessellation that a range of faces writes. Per face: its vertices and
+   indices. Welded: vertices are those of the whole mesh, indices those of the range. */
+typedef struct psurf_tess_span {
+    uint32_t first_vertex, vertex_count;
+    size_t first_index, index_count;
+} psurf_tess_span;
+
+/* Where a tessellation goes; NULL = skip. The arrays begin at vertex first_vertex and index
+   first_index of the whole mesh's tessellation (0 and 0: they hold all of it), so a range can be
+   written to memory of its own size: take both from the range's psurf_tess_span. Indices count from
+   first_vertex. Strides in bytes, multiples of the size of a real; 0 = tight. */
+typedef struct psurf_tess_out {
+    psurf_real *p, *n;
+    size_t p_stride, n_stride;
+    psurf_sample *where;                /* face, sector, u, v of each vertex, for psurf_interpolate */
+    void *indices;                      /* triangles, counter-clockwise */
+    uint32_t first_vertex;
+    size_t first_index;
+} psurf_tess_out;
+
+/* Sizes of the tessellation of faces first_face .. first_face+face_count-1; a range beyond the last
+   face is cut there. Welded vertices are numbered: one per ring, then rate-1 per edge, then the
+   insides face by face. Per face they run along corner 0 -> 1 first, then towards the other side;
+   faces of m >= 5 corners sector by sector, their centre last.
+   Returns PSURF_OK; BAD_DESC for canaries, a rate out of range, unknown flags or NULL; TOO_LARGE
+   where numbers do not fit 32 bits (16 bits with PSURF_TESS_INDEX16: at most 65535 vertices, so
+   0xFFFF never occurs). No allocation; any number of threads. */
+PSURF_API psurf_result psurf_tessellate_size(const psurf_topology *topology,
+                                             const psurf_tess_desc *desc, uint32_t first_face,
+                                             uint32_t face_count, psurf_tess_span *span);
+
+/* Writes the tessellation of a range of faces. Welded, a shared sample is written by the lowest face
+   that touches it, whichever range that face is in: all ranges together write every vertex once.
+   Returns as psurf_tessellate_size. No allocation. Threads: disjoint ranges run concurrently.
+   Positions on shared edges are bit-identical from both sides at every rate. */
+PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psurf_tess_desc *desc,
+                                        uint32_t first_face, uint32_t face_count,
+                                        const psurf_tess_out *out);
+
+/* Interpolates any attribute given per face corner, texture coordinates for instance: linear on
+   triangles and sectors (their centre takes the mean of the corners), bilinear on quads.
+   corner_values: [sum of face sizes][width] floats in input order. out: [count][width].
+   Samples are treated as in psurf_eval. No allocation; any number of threads. */
+PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sample *samples,
+                                 uint32_t count, const float *corner_values, uint32_t width,
+                                 float *out);
+
+/* ---- interrogation --------------------------------------------------------------------------- */
+
+typedef struct psurf_check_result {
+    uint64_t samples;                   /* pairs compared */
+    uint64_t cracks;                    /* pairs whose positions are not bit-identical */
+    uint64_t nonfinite;                 /* samples with a non-finite position or normal */
+    uint64_t degenerate;                /* pairs left out of max_normal_deg: see psurf_check */
+    double max_normal_deg;              /* largest angle between the two normals of a pair */
+    uint32_t worst_face, worst_edge;    /* where it is; PSURF_NONE if nothing was compared */
+    uint32_t sharp_edges;               /* edges compared for cracks alone: blend ratio 0 at an end */
+} psurf_check_result;
+
+/* Compares edges first_edge .. first_edge+edge_count-1 (0 .. psurf_info.edges-1) from both sides, at
+   rate+1 samples each, exactly as per-face tessellation writes them.
+   desc: what the patches were constructed from. Pairs count as degenerate on edges shorter than 1e-5
+   of the bounding box diagonal, beside faces with a corner angle below 0.5 degrees, at vertices of
+   valence 2, and where a normal is zero.
+   Returns PSURF_OK, or BAD_DESC as psurf_construct_pass and psurf_tessellate_size. No allocation.
+   Threads: any; sums over ranges add up, maxima combine. */
+PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_construct_desc *desc,
+                                   uint32_t rate, uint32_t first_edge, uint32_t edge_count,
+                                   psurf_check_result *result);
+
+/* Boxes that hold every point psurf_eval and psurf_tessellate give on a range of faces, from the
+   convex hull of the Bezier points. min_max: [face_count][6] min x, y, z, max x, y, z. Faces out of
+   range are not written. No allocation; any number of threads. */
+PSURF_API void psurf_bounds(const psurf_patches *patches, uint32_t first_face, uint32_t face_count,
+                            psurf_real *min_max);
+
+/* ---- all at once ----------------------------------------------------------------------------- */
+
+/* A welded triangle mesh of the smooth surface. */
+typedef struct psurf_smooth_mesh {
+    uint32_t vertex_count;
+    size_t index_count;
+    psurf_real *positions, *normals;    /* [vertex_count][3] */
+    uint32_t *indices;                  /* [index_count] triangles, counter-clockwise */
+    psurf_sample *where;                /* [vertex_count] */
+    size_t bytes;                       /* of the one block that holds them */
+    psurf_allocator allocator;
+} psurf_smooth_mesh;
+
+/* For small programs: mesh in, triangles out. desc->positions must be set; rate: 1..PSURF_MAX_RATE.
+   Returns what the calls it is made of return; *mesh is all zero unless PSURF_OK. Allocates through
+   desc->allocator; keeps one block. Any thread. */
+PSURF_API psurf_result psurf_smooth(const psurf_mesh_desc *desc, uint32_t rate,
+                                    psurf_smooth_mesh *mesh, psurf_error *error);
+
+/* Releases what psurf_smooth returned and zeroes it; NULL and all-zero are fine. */
+PSURF_API void psurf_smooth_free(psurf_smooth_mesh *mesh);
+
+/* ---- build facts ----------------------------------------------------------------------------- */
+
+PSURF_API const char *psurf_result_string(psurf_result result);     /* static text, never NULL */
+PSURF_API const char *psurf_scheme_name(psurf_scheme scheme);       /* "pm"; NULL if out of range */
+PSURF_API const char *psurf_kind_name(psurf_kind kind);             /* "ordinary" ...; or NULL */
+PSURF_API uint32_t psurf_version(void);         /* PSURF_VERSION of the implementation */
+PSURF_API uint32_t psurf_abi(void);             /* PSURF_VERSION << 8 | sizeof(psurf_real) */
+PSURF_API int psurf_exact(void);                /* 1 where this build promises the same bits as others;
+                                                   0 with fast-math, x87, or FTZ/DAZ on this thread */
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* PSURF_H_INCLUDED */
+
+/* >>impl ====================================================================================== */
+
+#if defined(PSURF_IMPLEMENTATION) && !defined(PSURF_IMPLEMENTATION_DONE)
+#define PSURF_IMPLEMENTATION_DONE
+
+/* The promise of equal bits needs every product rounded before it is added. Compilers may not fuse
+   the two here, whatever flags the rest of the program is built with; the state is restored at the
+   end of the file. (clang ignores this under -ffast-math and -ffp-contract=fast: psurf_exact.) */
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(push)
+#pragma float_control(precise, on)
+#endif
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off", "no-fast-math")
+#elif defined(_MSC_VER)
+#pragma float_control(precise, on, push)
+#pragma fp_contract(off)
+#endif
+
+#ifndef PSURF_NO_STDLIB
+#include <stdlib.h>
+#endif
+#ifndef PSURF_SQRT
+#include <math.h>
+#define PSURF_SQRT(x) sqrt(x)           /* exact in double, so rounding to float after it is exact too */
+#endif
+
+/* The GPU reads these structs as arrays of uint: no padding, fixed order. */
+#define PSURF__ASSERT_SIZE(type, size) typedef char psurf__size_of_##type[sizeof(type) == (size) ? 1 : -1]
+PSURF__ASSERT_SIZE(psurf_ring, 16);
+PSURF__ASSERT_SIZE(psurf_spoke, 12);
+PSURF__ASSERT_SIZE(psurf_corner, 12);
+PSURF__ASSERT_SIZE(psurf_facet, 8);
+PSURF__ASSERT_SIZE(psurf_edge, 8);
+PSURF__ASSERT_SIZE(psurf_trig, 2 * sizeof(psurf_real));
+PSURF__ASSERT_SIZE(psurf_sample, 8 + 2 * sizeof(psurf_real));
+
+/* >>1 ARITHMETIC ==============================================================================
+   Points as values. Every function rounds after every operation and in the order written. */
+
+#define PSURF__R(x) ((psurf_real)(x))
+
+typedef struct psurf__v3 { psurf_real x, y, z; } psurf__v3;
+
+static psurf__v3 psurf__get(const psurf_real *p)
+{
+    psurf__v3 a;
+    a.x = p[0];
+    a.y = p[1];
+    a.z = p[2];
+    return a;
+}
+
+static void psurf__put(psurf_real *p, psurf__v3 a)
+{
+    p[0] = a.x;
+    p[1] = a.y;
+    p[2] = a.z;
+}
+
+static psurf__v3 psurf__zero(void)
+{
+    psurf__v3 a;
+    a.x = a.y = a.z = 0;
+    return a;
+}
+
+static psurf__v3 psurf__add(psurf__v3 a, psurf__v3 b)
+{
+    a.x += b.x;
+    a.y += b.y;
+    a.z += b.z;
+    return a;
+}
+
+static psurf__v3 psurf__sub(psurf__v3 a, psurf__v3 b)
+{
+    a.x -= b.x;
+    a.y -= b.y;
+    a.z -= b.z;
+    return a;
+}
+
+static psurf__v3 psurf__mul(psurf__v3 a, psurf_real s)
+{
+    a.x *= s;
+    a.y *= s;
+    a.z *= s;
+    return a;
+}
+
+/* a + s b */
+static psurf__v3 psurf__mad(psurf__v3 a, psurf_real s, psurf__v3 b)
+{
+    return psurf__add(a, psurf__mul(b, s));
+}
+
+/* s a + t b */
+static psurf__v3 psurf__mix(psurf_real s, psurf__v3 a, psurf_real t, psurf__v3 b)
+{
+    return psurf__add(psurf__mul(a, s), psurf__mul(b, t));
+}
+
+static psurf_real psurf__dot(psurf__v3 a, psurf__v3 b)
+{
+    return (a.x * b.x + a.y * b.y) + a.z * b.z;
+}
+
+static psurf__v3 psurf__cross(psurf__v3 a, psurf__v3 b)
+{
+    psurf__v3 c;
+    c.x = a.y * b.z - a.z * b.y;
+    c.y = a.z * b.x - a.x * b.z;
+    c.z = a.x * b.y - a.y * b.x;
+    return c;
+}
+
+static psurf_real psurf__sqrt(psurf_real x)
+{
+    return (psurf_real)PSURF_SQRT((double)x);
+}
+
+static psurf_real psurf__abs(psurf_real x)
+{
+    return x < 0 ? -x : x;
+}
+
+static int psurf__finite(psurf_real x)
+{
+    return x - x <= 0 && x - x >= 0;
+}
+
+static int psurf__finite3(psurf__v3 a)
+{
+    return psurf__finite(a.x) && psurf__finite(a.y) && psurf__finite(a.z);
+}
+
+/* a scaled so that its largest component is 1: lengths and products of what follows neither overflow
+   nor vanish. Zero and NaN stay what they are. */
+static psurf__v3 psurf__scaled(psurf__v3 a)
+{
+    psurf_real m = psurf__abs(a.x);
+    if (psurf__abs(a.y) > m) m = psurf__abs(a.y);
+    if (psurf__abs(a.z) > m) m = psurf__abs(a.z);
+    if (!(m > 0)) return a;
+    a.x /= m;
+    a.y /= m;
+    a.z /= m;
+    return a;
+}
+
+/* Cosine and sine of j/n turns, 0 <= j < n, within a unit in the last place of double. The octant is
+   found in integers, so multiples of a quarter turn are exact and no argument is ever reduced. */
+static void psurf__cos_sin(uint32_t j, uint32_t n, double *cosine, double *sine)
+{
+    static const unsigned char swap[8] = {0, 1, 1, 0, 0, 1, 1, 0};
+    static const signed char sign_c[8] = {1, 1, -1, -1, -1, -1, 1, 1};
+    static const signed char sign_s[8] = {1, 1, 1, 1, -1, -1, -1, -1};
+    uint64_t eighths = (uint64_t)j * 8;
+    uint32_t octant = (uint32_t)(eighths / n), rest = (uint32_t)(eighths % n);
+    double x, y, c = 0, s = 0;
+    int k;
+    if (octant & 1) rest = n - rest;                    /* odd octants are measured from their end */
+    x = 0.78539816339744830962 * ((double)rest / (double)n);
+    y = x * x;
+    for (k = 20; k >= 2; k -= 2) {                      /* Taylor: x^20/20! < 4e-21 at an eighth turn */
+        c = (1 + c) * (-y / (double)(k * (k - 1)));
+        s = (1 + s) * (-y / (double)(k * (k + 1)));
+    }
+    c = 1 + c;
+    s = x + x * s;
+    *cosine = (double)sign_c[octant] * (swap[octant] ? s : c);
+    *sine = (double)sign_s[octant] * (swap[octant] ? c : s);
+}
+
+/* arcsin of 0 <= x <= 1 in radians: three halvings of the angle, then the series. */
+static double psurf__asin(double x)
+{
+    double y;
+    int k;
+    for (k = 0; k < 3; k++) {
+        double rest = 1 - x * x;
+        x = x / PSURF_SQRT(2 * (1 + PSURF_SQRT(rest > 0 ? rest : 0)));
+    }
+    y = x * x;
+    return 8 * x * (1 + y * (1.0 / 6 + y * (3.0 / 40 + y * (15.0 / 336 + y * (105.0 / 3456 +
+           y * (945.0 / 42240 + y * (10395.0 / 599040)))))));
+}
+
+/* >>2 MEMORY ==================================================================================
+   The caller's allocator, and blocks that are measured first and carved after. */
+
+static psurf_error psurf__no_error(psurf_result result)
+{
+    psurf_error e;
+    e.result = result;
+    e.face = e.corner = e.vertex = e.other = PSURF_NONE;
+    e.message = psurf_result_string(result);
+    return e;
+}
+
+#ifndef PSURF_NO_STDLIB
+static void *psurf__malloc(void *ctx, size_t size, size_t align)
+{
+    (void)ctx;
+    (void)align;                                        /* malloc aligns for every type */
+    return malloc(size);
+}
+
+static void psurf__free(void *ctx, void *memory, size_t size)
+{
+    (void)ctx;
+    (void)size;
+    free(memory);
+}
+#endif
+
+/* The allocator of a descriptor with the default filled in; 0 if it is half set or there is none. */
+static int psurf__allocator(const psurf_allocator *given, psurf_allocator *out)
+{
+    *out = *given;
+    if ((given->alloc == NULL) != (given->release == NULL)) return 0;
+#ifndef PSURF_NO_STDLIB
+    if (given->alloc == NULL) {
+        out->alloc = psurf__malloc;
+        out->release = psurf__free;
+    }
+#endif
+    return out->alloc != NULL;
+}
+
+static void psurf__clear(void *memory, size_t size)
+{
+    unsigned char *bytes = (unsigned char *)memory;
+    size_t i;
+    for (i = 0; i < size; i++) bytes[i] = 0;
+}
+
+/* A block that holds several arrays. Carving with base NULL only measures; the same calls with memory
+   hand out the arrays. A size beyond the address space sticks at SIZE_MAX. */
+typedef struct psurf__block {
+    char *base;
+    size_t used;
+} psurf__block;
+
+static void *psurf__carve(psurf__block *block, uint64_t count, size_t size, size_t align)
+{
+    size_t at = block->used;
+    void *array;
+    if (at > SIZE_MAX - align || count > (SIZE_MAX - align - at) / size) {
+        block->used = SIZE_MAX;
+        return NULL;
+    }
+    at = (at + align - 1) / align * align;
+    block->used = at + (size_t)count * size;
+    array = block->base ? block->base + at : NULL;
+    return array;
+}
+
+#define PSURF__CARVE(block, type, count) ((type *)psurf__carve(block, count, sizeof(type), 16))
+
+/* >>3 TOPOLOGY ================================================================================
+   Faces in, tables out: pair the half-edges, walk the rings, sort the facets by kind. An input
+   corner stands for the half-edge from its vertex to the next corner's. Everything after this
+   chapter trusts the tables. */
+
+typedef struct psurf__start { uint32_t corner, triangles, quads; } psurf__start;
+
+struct psurf_topology {
+    psurf_allocator allocator;
+    psurf_info info;
+    psurf_ring *rings;
+    psurf_spoke *spokes;
+    psurf_corner *corners;
+    psurf_facet *facets;
+    psurf_edge *edges;
+    psurf_trig *trig;
+    float *blends;                      /* NULL where all are 2/3 */
+    uint32_t *face_facet;
+    psurf__start *starts;               /* what lies before each face; NULL where all have one size */
+    uint32_t uniform_size;
+    uint32_t corner_count, trig_count;
+    uint32_t vertex_rings;              /* rings in the order of vertices; further fans follow */
+    uint32_t kind_first[PSURF_KIND_COUNT + 1];
+    uint32_t kind_first_corner[PSURF_KIND_COUNT + 1];
+};
+
+/* Corners, triangles and quads before a face; the rest of the faces before it have 5 or more. */
+static psurf__start psurf__face_start(const psurf_topology *t, uint32_t face)
+{
+    psurf__start s;
+    if (t->starts) return t->starts[face];
+    s.corner = face * t->uniform_size;
+    s.triangles = t->uniform_size == 3 ? face : 0;
+    s.quads = t->uniform_size == 4 ? face : 0;
+    return s;
+}
+
+static uint32_t psurf__face_size(const psurf_topology *t, uint32_t face)
+{
+    if (!t->starts) return t->uniform_size;
+    return t->starts[face + 1].corner - t->starts[face].corner;
+}
+
+static psurf_kind psurf__facet_kind(const psurf_topology *t, uint32_t facet)
+{
+    uint32_t k = 0;
+    while (facet >= t->kind_first[k + 1]) k++;
+    return (psurf_kind)k;
+}
+
+static uint32_t psurf__kind_sides(psurf_kind kind)
+{
+    static const unsigned char sides[PSURF_KIND_COUNT] = {4, 3, 3, 4, 5};
+    return sides[kind];
+}
+
+/* The valence of a ring, and the spokes around a spoke of it. */
+static uint32_t psurf__valence(const psurf_ring *ring)
+{
+    return ring->valence & ~PSURF_POLAR_RING;
+}
+
+static uint32_t psurf__next_spoke(const psurf_ring *ring, uint32_t spoke)
+{
+    return spoke - ring->first_spoke + 1 == psurf__valence(ring) ? ring->first_spoke : spoke + 1;
+}
+
+static uint32_t psurf__previous_spoke(const psurf_ring *ring, uint32_t spoke)
+{
+    return spoke == ring->first_spoke ? spoke + psurf__valence(ring) - 1 : spoke - 1;
+}
+
+/* First corner of a facet of a known kind. */
+static uint32_t psurf__facet_corner(const psurf_topology *t, psurf_kind kind, uint32_t facet)
+{
+    return t->kind_first_corner[kind] + (facet - t->kind_first[kind]) * psurf__kind_sides(kind);
+}
+
+/* What a topology is made from, all per input corner unless said otherwise. */
+typedef struct psurf__builder {
+    const psurf_mesh_desc *desc;
+    psurf_error error;
+    uint32_t vertices, faces, corners, edges, ring_count, vertex_rings, max_valence, trig_count;
+    uint32_t *next, *prev;              /* corner of the same face */
+    uint32_t *twin;                     /* the half-edge that runs the other way */
+    uint32_t *edge, *order;             /* edge number; corners sorted by edge */
+    uint32_t *ring, *spoke;             /* number of each in the tables */
+    uint32_t *first_corner;             /* per vertex */
+    uint32_t *count;                    /* work space: one number per corner, vertex, edge or valence */
+    psurf_ring *rings;                  /* per ring */
+    unsigned char *ring_flags;          /* per ring */
+    unsigned char *face_kind;           /* per face */
+} psurf__builder;
+
+static psurf_result psurf__fail(psurf__builder *b, psurf_result result, uint32_t face, uint32_t corner,
+                                uint32_t vertex, uint32_t other)
+{
+    b->error.result = result;
+    b->error.face = face;
+    b->error.corner = corner;
+    b->error.vertex = vertex;
+    b->error.other = other;
+    b->error.message = psurf_result_string(result);
+    return result;
+}
+
+static uint32_t psurf__size_of_face(const psurf_mesh_desc *desc, uint32_t face)
+{
+    return desc->face_sizes ? desc->face_sizes[face] : desc->uniform_size;
+}
+
+/* As psurf__fail, at an input corner, naming the edge that starts there. */
+static psurf_result psurf__fail_edge(psurf__builder *b, psurf_result result, uint32_t corner)
+{
+    uint32_t face = 0, first = 0;
+    while (corner - first >= psurf__size_of_face(b->desc, face))
+        first += psurf__size_of_face(b->desc, face++);
+    return psurf__fail(b, result, face, corner - first, b->desc->face_vertices[corner],
+                       b->desc->face_vertices[b->next[corner]]);
+}
+
+/* Pointers, canaries, flags, counts; sums up the corners. Reads no index yet. */
+static psurf_result psurf__check_desc(psurf__builder *b)
+{
+    const psurf_mesh_desc *d = b->desc;
+    uint64_t corners = 0;
+    uint32_t f;
+    float blend = d->default_blend;
+    if (d->_start_canary || d->_end_canary || (d->flags & ~(uint32_t)PSURF_DEFAULT_BLEND) ||
+        (d->face_count && !d->face_vertices) || (d->edge_count && !d->edges) ||
+        d->position_stride % sizeof(psurf_real) ||
+        ((d->flags & PSURF_DEFAULT_BLEND) && !(blend >= 0 && blend <= 1)))
+        return psurf__fail(b, PSURF_BAD_DESC, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+    for (f = 0; f < d->face_count; f++) {
+        uint32_t size = psurf__size_of_face(d, f);
+        if (size < 3 || size > PSURF_MAX_FACE_SIZE)
+            return psurf__fail(b, PSURF_BAD_FACE, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+        if (size > 5)
+            return psurf__fail(b, PSURF_UNSUPPORTED, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+        corners += size;
+    }
+    if (corners >= PSURF_WRITER || d->vertex_count >= PSURF_WRITER)
+        return psurf__fail(b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+    b->vertices = d->vertex_count;
+    b->faces = d->face_count;
+    b->corners = (uint32_t)corners;
+    return PSURF_OK;
+}
+
+static void psurf__carve_builder(psurf__builder *b, psurf__block *block)
+{
+    uint64_t c = b->corners, work = c > b->vertices ? c : b->vertices;
+    b->next = PSURF__CARVE(block, uint32_t, c);
+    b->prev = PSURF__CARVE(block, uint32_t, c);
+    b->twin = PSURF__CARVE(block, uint32_t, c);
+    b->edge = PSURF__CARVE(block, uint32_t, c);
+    b->order = PSURF__CARVE(block, uint32_t, c);
+    b->ring = PSURF__CARVE(block, uint32_t, c);
+    b->spoke = PSURF__CARVE(block, uint32_t, c);
+    b->first_corner = PSURF__CARVE(block, uint32_t, b->vertices);
+    b->count = PSURF__CARVE(block, uint32_t, work + 2);
+    b->rings = PSURF__CARVE(block, psurf_ring, c / 2);  /* a ring has two facets at least */
+    b->ring_flags = PSURF__CARVE(block, unsigned char, c / 2);
+    b->face_kind = PSURF__CARVE(block, unsigned char, b->faces);
+}
+
+static psurf_result psurf__check_positions(psurf__builder *b)
+{
+    const psurf_mesh_desc *d = b->desc;
+    size_t stride = d->position_stride ? d->position_stride / sizeof(psurf_real) : 3;
+    uint32_t v;
+    if (!d->positions) return PSURF_OK;
+    for (v = 0; v < b->vertices; v++)
+        if (!psurf__finite3(psurf__get(d->positions + v * stride)))
+            return psurf__fail(b, PSURF_NOT_FINITE, PSURF_NONE, PSURF_NONE, v, PSURF_NONE);
+    return PSURF_OK;
+}
+
+/* Validates the indices and links the corners of each face. */
+static psurf_result psurf__link_faces(psurf__builder *b)
+{
+    const uint32_t *vertex = b->desc->face_vertices;
+    uint32_t *seen = b->count;                          /* per vertex: last face that named it */
+    uint32_t f, v, c = 0;
+    for (v = 0; v < b->vertices; v++) {
+        seen[v] = PSURF_NONE;
+        b->first_corner[v] = PSURF_NONE;
+    }
+    for (f = 0; f < b->faces; f++) {
+        uint32_t first = c, end = c + psurf__size_of_face(b->desc, f);
+        for (; c < end; c++) {
+            v = vertex[c];
+            if (v >= b->vertices)
+                return psurf__fail(b, PSURF_BAD_INDEX, f, c - first, v, PSURF_NONE);
+            if (seen[v] == f) return psurf__fail(b, PSURF_BAD_FACE, f, c - first, v, PSURF_NONE);
+            seen[v] = f;
+            if (b->first_corner[v] == PSURF_NONE) b->first_corner[v] = c;
+            b->next[c] = c + 1 == end ? first : c + 1;
+            b->prev[c] = c == first ? end - 1 : c - 1;
+        }
+    }
+    return PSURF_OK;
+}
+
+/* The lower (which = 0) or higher vertex of a corner's half-edge. */
+static uint32_t psurf__edge_end(const psurf__builder *b, uint32_t corner, int which)
+{
+    uint32_t v = b->desc->face_vertices[corner], w = b->desc->face_vertices[b->next[corner]];
+    return (v < w) == (which == 0) ? v : w;
+}
+
+/* Stable counting sort of corners by one end of their half-edge; from NULL = all in order. */
+static void psurf__sort_corners(psurf__builder *b, const uint32_t *from, uint32_t *to, int which)
+{
+    uint32_t *count = b->count, v, c, sum = 0;
+    for (v = 0; v <= b->vertices; v++) count[v] = 0;
+    for (c = 0; c < b->corners; c++) count[psurf__edge_end(b, c, which)]++;
+    for (v = 0; v < b->vertices; v++) {
+        uint32_t n = count[v];
+        count[v] = sum;
+        sum += n;
+    }
+    for (c = 0; c < b->corners; c++) {
+        uint32_t corner = from ? from[c] : c;
+        to[count[psurf__edge_end(b, corner, which)]++] = corner;
+    }
+}
+
+/* Pairs half-edges by sorting them by (lower, higher) vertex: linear, whatever the valences. Edges are
+   numbered in that order, which does not depend on the order of the faces. */
+static psurf_result psurf__pair_half_edges(psurf__builder *b)
+{
+    const uint32_t *vertex = b->desc->face_vertices;
+    uint32_t i, n;
+    psurf__sort_corners(b, NULL, b->spoke, 1);          /* spoke: not yet in use */
+    psurf__sort_corners(b, b->spoke, b->order, 0);
+    for (i = 0; i < b->corners; i += n) {
+        uint32_t c = b->order[i], other;
+        for (n = 1; i + n < b->corners; n++) {
+            other = b->order[i + n];
+            if (psurf__edge_end(b, c, 0) != psurf__edge_end(b, other, 0) ||
+                psurf__edge_end(b, c, 1) != psurf__edge_end(b, other, 1)) break;
+            if (n == 2) return psurf__fail_edge(b, PSURF_NON_MANIFOLD, other);
+        }
+        if (n == 1) return psurf__fail_edge(b, PSURF_UNSUPPORTED, c);
+        other = b->order[i + 1];
+        if (vertex[c] == vertex[other]) return psurf__fail_edge(b, PSURF_BAD_WINDING, other);
+        b->twin[c] = other;
+        b->twin[other] = c;
+        b->edge[c] = b->edge[other] = b->edges++;
+    }
+    return PSURF_OK;
+}
+
+/* Walks the fan that a corner is in, counter-clockwise, and makes it a ring. */
+static psurf_result psurf__walk_ring(psurf__builder *b, uint32_t start)
+{
+    uint32_t c = start, n = 0, spokes = b->ring_count ? b->rings[b->ring_count - 1].first_spoke +
+                                        b->rings[b->ring_count - 1].valence : 0;
+    psurf_ring *ring = &b->rings[b->ring_count];
+    do {
+        b->ring[c] = b->ring_count;
+        b->spoke[c] = spokes + n++;
+        c = b->twin[b->prev[c]];
+    } while (c != start);
+    ring->point = b->desc->face_vertices[start];
+    ring->first_spoke = spokes;
+    ring->valence = n;
+    ring->trig = 0;
+    b->ring_count++;
+    if (n > b->max_valence) b->max_valence = n;
+    if (n > PSURF_MAX_VALENCE)
+        return psurf__fail(b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, ring->point, PSURF_NONE);
+    if (n == 2)
+        return psurf__fail(b, PSURF_UNSUPPORTED, PSURF_NONE, PSURF_NONE, ring->point, PSURF_NONE);
+    return PSURF_OK;
+}
+
+/* One ring per vertex in the order of vertices, then the further fans of non-manifold vertices. */
+static psurf_result psurf__walk_rings(psurf__builder *b)
+{
+    psurf_result result = PSURF_OK;
+    uint32_t v, c;
+    for (c = 0; c < b->corners; c++) b->ring[c] = PSURF_NONE;
+    for (v = 0; v < b->vertices && result == PSURF_OK; v++)
+        if (b->first_corner[v] != PSURF_NONE) result = psurf__walk_ring(b, b->first_corner[v]);
+    b->vertex_rings = b->ring_count;
+    for (c = 0; c < b->corners && result == PSURF_OK; c++)
+        if (b->ring[c] == PSURF_NONE) result = psurf__walk_ring(b, c);
+    return result;
+}
+
+/* Rows of trigonometry: one run per valence that occurs, in the order of valences. */
+static void psurf__assign_trig(psurf__builder *b)
+{
+    uint32_t n, r;
+    for (n = 0; n <= b->max_valence; n++) b->count[n] = 0;
+    for (r = 0; r < b->ring_count; r++) b->count[b->rings[r].valence] = 1;
+    for (n = 0; n <= b->max_valence; n++)
+        if (b->count[n]) {
+            b->count[n] = b->trig_count;
+            b->trig_count += n + 1;
+        }
+    for (r = 0; r < b->ring_count; r++) b->rings[r].trig = b->count[b->rings[r].valence];
+}
+
+/* Polar vertices ([PM] section 2): all facets triangles, all neighbours of valence 4; neither of two
+   neighbours that both qualify. */
+static void psurf__find_poles(psurf__builder *b)
+{
+    enum { NOT_CANDIDATE = 1, BESIDE_CANDIDATE = 2 };
+    uint32_t c, r;
+    for (r = 0; r < b->ring_count; r++) b->ring_flags[r] = 0;
+    for (c = 0; c < b->corners; c++)
+        if (b->next[b->next[b->next[c]]] != c || b->rings[b->ring[b->next[c]]].valence != 4)
+            b->ring_flags[b->ring[c]] = NOT_CANDIDATE;
+    for (c = 0; c < b->corners; c++)
+        if (!(b->ring_flags[b->ring[b->next[c]]] & NOT_CANDIDATE))
+            b->ring_flags[b->ring[c]] |= BESIDE_CANDIDATE;
+    for (r = 0; r < b->ring_count; r++)
+        if (!b->ring_flags[r]) b->rings[r].valence |= PSURF_POLAR_RING;
+}
+
+/* The kind of a face ([PM] section 2), and in *pole the corner that is the pole. */
+static psurf_kind psurf__classify(const psurf__builder *b, uint32_t first, uint32_t size,
+                                  uint32_t *pole)
+{
+    uint32_t i, regular = 0;
+    for (i = 0; i < size; i++) {
+        uint32_t valence = b->rings[b->ring[first + i]].valence;
+        if (valence & PSURF_POLAR_RING) {
+            *pole = i;
+            return PSURF_POLAR;
+        }
+        regular += valence == 4;
+    }
+    if (size == 4 && regular == 4) return PSURF_BICUBIC;
+    return (psurf_kind)(PSURF_P3 + (size - 3));
+}
+
+static void psurf__sort_facets(psurf__builder *b, psurf_topology *t)
+{
+    uint32_t f, k, c = 0, pole = 0;
+    for (f = 0; f < b->faces; f++) {
+        uint32_t size = psurf__size_of_face(b->desc, f);
+        psurf_kind kind = psurf__classify(b, c, size, &pole);
+        b->face_kind[f] = (unsigned char)kind;
+        t->info.kind_faces[kind]++;
+        c += size;
+    }
+    for (k = 0; k < PSURF_KIND_COUNT; k++) {
+        uint32_t n = t->info.kind_faces[k];
+        t->kind_first[k + 1] = t->kind_first[k] + n;
+        t->kind_first_corner[k + 1] = t->kind_first_corner[k] + n * psurf__kind_sides((psurf_kind)k);
+    }
+}
+
+/* Components: union of the vertices of each face, with path halving. */
+static uint32_t psurf__find_root(uint32_t *parent, uint32_t v)
+{
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+}
+
+static uint32_t psurf__count_components(psurf__builder *b)
+{
+    const uint32_t *vertex = b->desc->face_vertices;
+    uint32_t *parent = b->count, v, c, n = 0;
+    for (v = 0; v < b->vertices; v++) parent[v] = v;
+    for (c = 0; c < b->corners; c++) {
+        uint32_t r = psurf__find_root(parent, vertex[c]);
+        uint32_t s = psurf__find_root(parent, vertex[b->next[c]]);
+        if (r < s) parent[s] = r;
+        else parent[r] = s;
+    }
+    for (v = 0; v < b->vertices; v++) n += parent[v] == v && b->first_corner[v] != PSURF_NONE;
+    return n;
+}
+
+static int psurf__has_blends(const psurf_mesh_desc *desc)
+{
+    uint32_t i;
+    if (desc->flags & PSURF_DEFAULT_BLEND) return 1;
+    for (i = 0; i < desc->edge_count; i++)
+        if (desc->edges[i].flags & PSURF_BLEND) return 1;
+    return 0;
+}
+
+static void psurf__carve_topology(const psurf__builder *b, psurf_topology *t, psurf__block *block)
+{
+    uint64_t starts = b->desc->face_sizes ? (uint64_t)b->faces + 1 : 0;
+    t->rings = PSURF__CARVE(block, psurf_ring, b->ring_count);
+    t->spokes = PSURF__CARVE(block, psurf_spoke, b->corners);
+    t->corners = PSURF__CARVE(block, psurf_corner, b->corners);
+    t->facets = PSURF__CARVE(block, psurf_facet, b->faces);
+    t->edges = PSURF__CARVE(block, psurf_edge, b->edges);
+    t->trig = PSURF__CARVE(block, psurf_trig, b->trig_count);
+    t->face_facet = PSURF__CARVE(block, uint32_t, b->faces);
+    t->starts = starts ? PSURF__CARVE(block, psurf__start, starts) : NULL;
+    t->blends = psurf__has_blends(b->desc) ? PSURF__CARVE(block, float, b->corners) : NULL;
+}
+
+static void psurf__fill_trig(const psurf__builder *b, psurf_topology *t)
+{
+    uint32_t r, j;
+    for (r = 0; r < b->ring_count; r++) {
+        uint32_t n = psurf__valence(&b->rings[r]);
+        psurf_trig *rows = t->trig + b->rings[r].trig;
+        double c, s, lambda;
+        if (rows[0].c > 0) continue;                    /* this valence is done: the block was zeroed */
+        for (j = 0; j < n; j++) {
+            psurf__cos_sin(j, n, &c, &s);
+            rows[1 + j].c = (psurf_real)c;
+            rows[1 + j].s = (psurf_real)s;
+        }
+        psurf__cos_sin(1, n, &c, &s);
+        lambda = (c + 5 + PSURF_SQRT((c + 9) * (c + 1))) / 16;                  /* eq. 15 */
+        rows[0].c = (psurf_real)(9 / ((double)n * ((double)n + 5)));            /* eq. 13 */
+        rows[0].s = (psurf_real)(1 / (2 * (double)n * lambda));                 /* eq. 15 */
+    }
+}
+
+static void psurf__fill_starts(const psurf__builder *b, psurf_topology *t)
+{
+    psurf__start s = {0, 0, 0};
+    uint32_t f;
+    t->uniform_size = t->starts ? 0 : b->desc->uniform_size;
+    if (!t->starts) return;
+    for (f = 0; f < b->faces; f++) {
+        uint32_t size = psurf__size_of_face(b->desc, f);
+        t->starts[f] = s;
+        s.corner += size;
+        s.triangles += size == 3;
+        s.quads += size == 4;
+    }
+    t->starts[b->faces] = s;
+}
+
+/* One corner of the facet tables from input corner c; at: its place in the table. */
+static void psurf__fill_corner(const psurf__builder *b, psurf_topology *t, uint32_t c, uint32_t at)
+{
+    const uint32_t *vertex = b->desc->face_vertices;
+    psurf_spoke *spoke = &t->spokes[b->spoke[c]];
+    psurf_corner *corner = &t->corners[at];
+    psurf_edge *edge = &t->edges[b->edge[c]];
+    corner->ring = b->ring[c];
+    corner->spoke = b->spoke[c];
+    corner->edge = b->edge[c];
+    if (b->count[b->ring[c]]++ == 0) corner->ring |= PSURF_WRITER;      /* faces come in order: */
+    if (c < b->twin[c]) {                                               /* the lowest writes */
+        corner->edge |= PSURF_WRITER;
+        edge->corner = at;
+    } else {
+        edge->other = at;
+    }
+    spoke->end = vertex[b->next[c]];
+    spoke->after = vertex[b->next[b->next[c]]];
+    spoke->before = vertex[b->prev[b->prev[c]]];
+}
+
+static void psurf__fill_facets(psurf__builder *b, psurf_topology *t)
+{
+    uint32_t next[PSURF_KIND_COUNT], f, i, r, c = 0, pole = 0;
+    for (i = 0; i < PSURF_KIND_COUNT; i++) next[i] = t->kind_first[i];
+    for (r = 0; r < b->ring_count; r++) b->count[r] = 0;
+    for (f = 0; f < b->faces; f++) {
+        psurf_kind kind = (psurf_kind)b->face_kind[f];
+        uint32_t size = psurf__kind_sides(kind), facet = next[kind]++;
+        uint32_t at = psurf__facet_corner(t, kind, facet);
+        t->face_facet[f] = facet;
+        t->facets[facet].face = f;
+        t->facets[facet].piece = 0;
+        if (kind == PSURF_POLAR) {
+            psurf__classify(b, c, size, &pole);
+            t->facets[facet].piece = (pole + 1) % 3 << 16;
+        }
+        for (i = 0; i < size; i++, c++) psurf__fill_corner(b, t, c, at + i);
+    }
+}
+
+/* The place in order of the first half-edge between two vertices, or PSURF_NONE. */
+static uint32_t psurf__find_edge(const psurf__builder *b, uint32_t v, uint32_t w)
+{
+    uint32_t lower = v < w ? v : w, higher = v < w ? w : v, low = 0, high = b->corners;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2, c = b->order[middle];
+        uint32_t x = psurf__edge_end(b, c, 0), y = psurf__edge_end(b, c, 1);
+        if (x < lower || (x == lower && y < higher)) low = middle + 1;
+        else high = middle;
+    }
+    if (low == b->corners || psurf__edge_end(b, b->order[low], 0) != lower ||
+        psurf__edge_end(b, b->order[low], 1) != higher) return PSURF_NONE;
+    return low;
+}
+
+/* Blend ratios, one per spoke: the default, then what the tags say of each end. */
+static psurf_result psurf__fill_blends(psurf__builder *b, psurf_topology *t)
+{
+    const psurf_mesh_desc *d = b->desc;
+    float standard = (d->flags & PSURF_DEFAULT_BLEND) ? d->default_blend : (float)(2.0 / 3.0);
+    uint32_t i;
+    for (i = 0; t->blends && i < b->corners; i++) t->blends[i] = standard;
+    for (i = 0; i < b->edges; i++) b->count[i] = 0;
+    for (i = 0; i < d->edge_count; i++) {
+        const psurf_edge_tag *tag = &d->edges[i];
+        uint32_t at = psurf__find_edge(b, tag->v0, tag->v1), c;
+        int blend = (tag->flags & PSURF_BLEND) != 0;
+        if (at == PSURF_NONE || b->count[b->edge[b->order[at]]]++ ||
+            (tag->flags & ~(uint32_t)PSURF_BLEND) ||
+            (blend && !(tag->blend0 >= 0 && tag->blend0 <= 1 && tag->blend1 >= 0 && tag->blend1 <= 1)))
+            return psurf__fail(b, PSURF_BAD_EDGE, PSURF_NONE, PSURF_NONE, tag->v0, tag->v1);
+        if (!blend) continue;
+        c = b->order[at];
+        if (d->face_vertices[c] != tag->v0) c = b->twin[c];
+        t->blends[b->spoke[c]] = tag->blend0;
+        t->blends[b->spoke[b->twin[c]]] = tag->blend1;
+    }
+    return PSURF_OK;
+}
+
+static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes, size_t scratch)
+{
+    psurf_info *info = &t->info;
+    info->vertices = b->vertices;
+    info->faces = b->faces;
+    info->edges = b->edges;
+    info->components = psurf__count_components(b);
+    info->max_valence = b->max_valence;
+    info->rings = b->ring_count;
+    info->spokes = b->corners;
+    info->facets = b->faces;
+    info->bytes = bytes;
+    info->peak_bytes = bytes + scratch;
+    t->corner_count = b->corners;
+    t->trig_count = b->trig_count;
+    t->vertex_rings = b->vertex_rings;
+}
+
+/* Everything that needs only the scratch: after it, all sizes are known. */
+static psurf_result psurf__connect(psurf__builder *b)
+{
+    psurf_result result = psurf__check_positions(b);
+    if (result == PSURF_OK) result = psurf__link_faces(b);
+    if (result == PSURF_OK) result = psurf__pair_half_edges(b);
+    if (result == PSURF_OK) result = psurf__walk_rings(b);
+    if (result != PSURF_OK) return result;
+    psurf__assign_trig(b);
+    psurf__find_poles(b);
+    return PSURF_OK;
+}
+
+/* Allocates the topology and fills it from a connected builder. */
+static psurf_result psurf__make_topology(psurf__builder *b, const psurf_allocator *allocator,
+                                         size_t scratch, psurf_topology **out)
+{
+    psurf_topology measure;
+    psurf__block block = {NULL, sizeof(psurf_topology)};
+    psurf_topology *t;
+    psurf_result result;
+    size_t bytes;
+    uint32_t r;
+    psurf__carve_topology(b, &measure, &block);
+    bytes = block.used;
+    if (bytes == SIZE_MAX)
+        return psurf__fail(b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+    block.base = (char *)allocator->alloc(allocator->ctx, bytes, 16);
+    if (!block.base)
+        return psurf__fail(b, PSURF_OUT_OF_MEMORY, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+    psurf__clear(block.base, bytes);
+    t = (psurf_topology *)(void *)block.base;
+    block.used = sizeof(psurf_topology);
+    psurf__carve_topology(b, t, &block);
+    t->allocator = *allocator;
+    for (r = 0; r < b->ring_count; r++) t->rings[r] = b->rings[r];
+    psurf__sort_facets(b, t);
+    psurf__fill_starts(b, t);
+    psurf__fill_trig(b, t);
+    psurf__fill_facets(b, t);
+    result = psurf__fill_blends(b, t);
+    psurf__fill_info(b, t, bytes, scratch);
+    if (result == PSURF_OK) *out = t;
+    else allocator->release(allocator->ctx, t, bytes);
+    return result;
+}
+
+PSURF_API psurf_result psurf_topology_create(const psurf_mesh_desc *desc, psurf_topology **topology,
+                                             psurf_error *error)
+{
+    psurf__builder b;
+    psurf__block block = {NULL, 0};
+    psurf_allocator allocator;
+    psurf_result result = PSURF_BAD_DESC;
+    psurf__clear(&b, sizeof(b));
+    b.error = psurf__no_error(PSURF_BAD_DESC);
+    b.desc = desc;
+    if (topology) *topology = NULL;
+    if (desc && topology && psurf__allocator(&desc->allocator, &allocator))
+        result = psurf__check_desc(&b);
+    if (result == PSURF_OK) {
+        size_t bytes;
+        psurf__carve_builder(&b, &block);
+        bytes = block.used;
+        if (bytes == SIZE_MAX)
+            result = psurf__fail(&b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+        else if ((block.base = (char *)allocator.alloc(allocator.ctx, bytes, 16)) == NULL)
+            result = psurf__fail(&b, PSURF_OUT_OF_MEMORY, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+        else {
+            block.used = 0;
+            psurf__carve_builder(&b, &block);
+            result = psurf__connect(&b);
+            if (result == PSURF_OK) result = psurf__make_topology(&b, &allocator, bytes, topology);
+            allocator.release(allocator.ctx, block.base, bytes);
+        }
+    }
+    if (error) *error = result == PSURF_OK ? psurf__no_error(PSURF_OK) : b.error;
+    return result;
+}
+
+PSURF_API void psurf_topology_destroy(psurf_topology *topology)
+{
+    psurf_allocator allocator;
+    if (!topology) return;
+    allocator = topology->allocator;
+    allocator.release(allocator.ctx, topology, topology->info.bytes);
+}
+
+PSURF_API void psurf_topology_info(const psurf_topology *topology, psurf_info *info)
+{
+    *info = topology->info;
+}
+
+static psurf_table psurf__table(const void *data, uint32_t count, size_t stride)
+{
+    psurf_table table;
+    table.data = data;
+    table.count = data ? count : 0;
+    table.stride = (uint32_t)stride;
+    return table;
+}
+
+PSURF_API void psurf_topology_tables(const psurf_topology *topology, psurf_tables *tables)
+{
+    const psurf_topology *t = topology;
+    uint32_t k;
+    tables->rings = psurf__table(t->rings, t->info.rings, sizeof(psurf_ring));
+    tables->spokes = psurf__table(t->spokes, t->info.spokes, sizeof(psurf_spoke));
+    tables->corners = psurf__table(t->corners, t->corner_count, sizeof(psurf_corner));
+    tables->facets = psurf__table(t->facets, t->info.facets, sizeof(psurf_facet));
+    tables->edges = psurf__table(t->edges, t->info.edges, sizeof(psurf_edge));
+    tables->trig = psurf__table(t->trig, t->trig_count, sizeof(psurf_trig));
+    tables->blends = psurf__table(t->blends, t->info.spokes, sizeof(float));
+    tables->face_facet = psurf__table(t->face_facet, t->info.faces, sizeof(uint32_t));
+    for (k = 0; k <= PSURF_KIND_COUNT; k++) {
+        tables->kind_first[k] = t->kind_first[k];
+        tables->kind_first_corner[k] = t->kind_first_corner[k];
+    }
+    tables->version = PSURF_TABLE_VERSION;
+}
+
+static uint32_t psurf__spoke_in_ring(const psurf_topology *t, uint32_t ring, uint32_t end)
+{
+    const psurf_ring *r = &t->rings[ring];
+    uint32_t j, n = psurf__valence(r);
+    for (j = 0; j < n; j++)
+        if (t->spokes[r->first_spoke + j].end == end) return r->first_spoke + j;
+    return PSURF_NONE;
+}
+
+PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0, uint32_t v1)
+{
+    const psurf_topology *t = topology;
+    uint32_t low = 0, high = t->vertex_rings, r, spoke = PSURF_NONE;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (t->rings[middle].point < v0) low = middle + 1;
+        else high = middle;
+    }
+    if (low < t->vertex_rings && t->rings[low].point == v0) spoke = psurf__spoke_in_ring(t, low, v1);
+    for (r = t->vertex_rings; r < t->info.rings && spoke == PSURF_NONE; r++)
+        if (t->rings[r].point == v0) spoke = psurf__spoke_in_ring(t, r, v1);
+    return spoke;
+}
+
+/* >>4 VERTEX DATA =============================================================================
+   Per ring, into the scratch: v, and per spoke t_j and f_j. Whatever two facets share comes from
+   here: computed once, read by both. [PM] section 3. */
+
+static psurf_real *psurf__limit(const psurf_patches *p, uint32_t ring)
+{
+    return (psurf_real *)(void *)((char *)p->scratch + p->layout.limit_offset) + 3 * (size_t)ring;
+}
+
+static psurf_real *psurf__tangent(const psurf_patches *p, uint32_t spoke)
+{
+    return (psurf_real *)(void *)((char *)p->scratch + p->layout.spoke_offset) + 6 * (size_t)spoke;
+}
+
+static psurf_real *psurf__face_point(const psurf_patches *p, uint32_t spoke)
+{
+    return psurf__tangent(p, spoke) + 3;
+}
+
+/* The control mesh of a frame. */
+typedef struct psurf__control {
+    const psurf_real *positions;
+    size_t stride;                                      /* in reals */
+    const float *blends;                                /* per spoke, or NULL */
+} psurf__control;
+
+static psurf__control psurf__control_of(const psurf_topology *t, const psurf_construct_desc *desc)
+{
+    psurf__control control;
+    control.positions = desc->positions;
+    control.stride = desc->position_stride ? desc->position_stride / sizeof(psurf_real) : 3;
+    control.blends = desc->blends ? desc->blends : t->blends;
+    return control;
+}
+
+static psurf__v3 psurf__position(const psurf__control *control, uint32_t vertex)
+{
+    return psurf__get(control->positions + vertex * control->stride);
+}
+
+/* f_j - p from the edges of the facet, relative to p: eq. 13, or eq. 14 with the blend ratios a of
+   spoke j and b of spoke j+1. after, before: as in psurf_spoke. */
+static psurf__v3 psurf__face_offset(psurf__v3 end, psurf__v3 next_end, psurf__v3 after, psurf__v3 before)
+{
+    psurf__v3 ends = psurf__add(end, next_end), across = psurf__add(after, before);
+    return psurf__mix(PSURF__R(2.0 / 9.0), ends, PSURF__R(0.5 / 9.0), across);
+}
+
+static psurf__v3 psurf__face_offset_blended(psurf__v3 end, psurf__v3 next_end, psurf__v3 after,
+                                            psurf__v3 before, psurf_real a, psurf_real b)
+{
+    psurf_real both = a * b * PSURF__R(0.25);
+    psurf__v3 across = psurf__mul(psurf__add(after, before), both * PSURF__R(0.5));
+    psurf__v3 along = psurf__mix((1 - a) * b * PSURF__R(0.5) + both, end,
+                                 a * (1 - b) * PSURF__R(0.5) + both, next_end);
+    return psurf__add(along, across);
+}
+
+/* One ring: face points, limit point, tangents T1 and T2, tangent points. Sums run over offsets from
+   p, so that they keep their digits far from the origin. */
+static void psurf__vertex_pass(const psurf_patches *patches, const psurf__control *control,
+                               uint32_t index)
+{
+    const psurf_topology *t = patches->topology;
+    const psurf_ring *ring = &t->rings[index];
+    const psurf_trig *rows = t->trig + ring->trig;
+    const psurf_spoke *spokes = t->spokes + ring->first_spoke;
+    const uint32_t n = psurf__valence(ring), first = ring->first_spoke;
+    psurf__v3 p = psurf__position(control, ring->point), v;
+    psurf__v3 sum = psurf__zero(), t1 = psurf__zero(), t2 = psurf__zero();
+    uint32_t j;
+    for (j = 0; j < n; j++) {
+        const uint32_t k = j + 1 == n ? 0 : j + 1;
+        const psurf_trig here = rows[1 + j], there = rows[1 + k];
+        psurf__v3 end = psurf__sub(psurf__position(control, spokes[j].end), p);
+        psurf__v3 next_end = psurf__sub(psurf__position(control, spokes[k].end), p);
+        psurf__v3 after = psurf__sub(psurf__position(control, spokes[j].after), p);
+        psurf__v3 before = psurf__sub(psurf__position(control, spokes[j].before), p);
+        psurf__v3 f = control->blends
+            ? psurf__face_offset_blended(end, next_end, after, before,
+                                         PSURF__R(control->blends[first + j]),
+                                         PSURF__R(control->blends[first + k]))
+            : psurf__face_offset(end, next_end, after, before);
+        sum = psurf__add(sum, f);
+        t1 = psurf__mad(t1, here.c + there.c, f);       /* sum of c_j e_j, by parts */
+        t2 = psurf__mad(t2, here.s + there.s, f);
+        psurf__put(psurf__face_point(patches, first + j), psurf__add(p, f));
+    }
+    v = psurf__mad(p, rows[0].c, sum);                  /* eq. 13 */
+    t1 = psurf__mul(t1, rows[0].s);                     /* eq. 15 */
+    t2 = psurf__mul(t2, rows[0].s);
+    psurf__put(psurf__limit(patches, index), v);
+    for (j = 0; j < n; j++)                             /* eq. 16 */
+        psurf__put(psurf__tangent(patches, first + j),
+                   psurf__add(v, psurf__mix(rows[1 + j].c, t1, rows[1 + j].s, t2)));
+}
+
+/* >>5 SCHEMES =================================================================================
+   A scheme turns vertex data into control points, facet by facet; it is one function here and one
+   row in the table below. */
+
+/* What a facet reads at one of its corners. */
+typedef struct psurf__corner_data {
+    psurf__v3 v, t0, t1;                /* limit point; tangent points to the next, previous corner */
+    psurf__v3 f, fr, fl;                /* face points: own facet, across edge i, across edge i-1 */
+    psurf_real chi, s;                  /* 1 + c_n, s_n */
+} psurf__corner_data;
+
+static void psurf__read_corner(const psurf_patches *p, uint32_t corner, psurf__corner_data *out)
+{
+    const psurf_topology *t = p->topology;
+    const uint32_t index = t->corners[corner].ring & ~PSURF_WRITER, spoke = t->corners[corner].spoke;
+    const psurf_ring *ring = &t->rings[index];
+    const uint32_t after = psurf__next_spoke(ring, spoke);
+    const uint32_t before = psurf__previous_spoke(ring, spoke);
+    out->v = psurf__get(psurf__limit(p, index));
+    out->t0 = psurf__get(psurf__tangent(p, spoke));
+    out->t1 = psurf__get(psurf__tangent(p, after));
+    out->f = psurf__get(psurf__face_point(p, spoke));
+    out->fr = psurf__get(psurf__face_point(p, before));
+    out->fl = psurf__get(psurf__face_point(p, after));
+    out->chi = 1 + t->trig[ring->trig + 2].c;
+    out->s = t->trig[ring->trig + 2].s;
+}
+
+/* ---- pm: A. Myles, T. Ni, J. Peters, "Fast Parallel Construction of Smooth Surfaces from Meshes with
+   Tri/Quad/Pent Facets", SGP 2008. Equation numbers are that paper's. ---- */
+
+/* Ordinary facet: a bicubic Bezier patch of the vertex data as they are. [PM] section 4.1. */
+static void psurf__pm_bicubic(const psurf__corner_data c[4], psurf_real *g)
+{
+    psurf__put(g + 0, c[0].v);
+    psurf__put(g + 3, c[0].t0);
+    psurf__put(g + 6, c[1].t1);
+    psurf__put(g + 9, c[1].v);
+    psurf__put(g + 12, c[0].t1);
+    psurf__put(g + 15, c[0].f);
+    psurf__put(g + 18, c[1].f);
+    psurf__put(g + 21, c[1].t0);
+    psurf__put(g + 24, c[3].t0);
+    psurf__put(g + 27, c[3].f);
+    psurf__put(g + 30, c[2].f);
+    psurf__put(g + 33, c[2].t1);
+    psurf__put(g + 36, c[3].v);
+    psurf__put(g + 39, c[3].t1);
+    psurf__put(g + 42, c[2].t0);
+    psurf__put(g + 45, c[2].v);
+}
+
+/* Polar facet: bicubic with one side shrunk to the pole. Corners a, b of the base, pole o; qa and qb
+   are 3/2 of the blend ratios at the pole, 1 by default. Eqs. 18 and 19. */
+static void psurf__pm_polar(const psurf__corner_data *a, const psurf__corner_data *b,
+                            const psurf__corner_data *o, psurf_real qa, psurf_real qb, psurf_real *h)
+{
+    const psurf_real c = o->chi - 1;
+    psurf__v3 h02 = psurf__sub(o->t0, o->v), h32 = psurf__sub(o->t1, o->v), h12, h22;
+    h12 = psurf__mul(psurf__mad(h32, 2, h02), 1 / (2 + c));     /* offsets from the pole, */
+    h22 = psurf__mul(psurf__mad(h02, 2, h32), 1 / (2 + c));     /* whose weights sum to 1 */
+    h12 = psurf__mix(qa, h12, 1 - qa, h02);
+    h22 = psurf__mix(qb, h22, 1 - qb, h32);
+    psurf__put(h + 0, a->v);
+    psurf__put(h + 3, a->t0);
+    psurf__put(h + 6, b->t1);
+    psurf__put(h + 9, b->v);
+    psurf__put(h + 12, a->t1);
+    psurf__put(h + 15, a->f);
+    psurf__put(h + 18, b->f);
+    psurf__put(h + 21, b->t0);
+    psurf__put(h + 24, o->t0);
+    psurf__put(h + 27, psurf__add(o->v, h12));
+    psurf__put(h + 30, psurf__add(o->v, h22));
+    psurf__put(h + 33, o->t1);
+    psurf__put(h + 36, o->v);
+}
+
+/* What eqs. 3 and 20 need of m = 3, 4, 5. The weights w of the centre are the paper's legible digits;
+   G1 does not depend on them. */
+typedef struct psurf__sides { psurf_real mu, k1, k2, w; } psurf__sides;
+
+static const psurf__sides psurf__sides_table[6] = {
+    {0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0},
+    {PSURF__R(1.5), PSURF__R(1.0 / 3.0), PSURF__R(1.0 / 3.0), PSURF__R(2)},
+    {PSURF__R(1), PSURF__R(0), PSURF__R(0.5), PSURF__R(1)},
+    {PSURF__R(0.69098300562505257590), PSURF__R(-0.44721359549995793928),
+     PSURF__R(0.72360679774997896964), PSURF__R(1.0 / 3.0)}
+};
+
+/* b211 and b121 of the sector on the edge from corner a to corner b: eq. 20. Offsets from v and from
+   t, so that coefficients which sum to 0 meet differences. */
+static void psurf__pm_first_row(const psurf__corner_data *a, const psurf__corner_data *b,
+                                psurf_real mu, psurf__v3 *b211, psurf__v3 *b121)
+{
+    const psurf_real tau = 3 / (8 * mu * (a->s + b->s)), near_a = a->chi / (4 * mu);
+    const psurf_real near_b = b->chi / (4 * mu);
+    const psurf_real far_a = (2 * mu - b->chi) / (8 * mu), far_b = (2 * mu - a->chi) / (8 * mu);
+    psurf__v3 da = psurf__sub(a->t0, a->v), db = psurf__sub(b->t1, b->v);
+    psurf__v3 along = psurf__sub(b->t1, a->t0);
+    *b211 = psurf__add(psurf__mad(a->v, PSURF__R(0.75) + far_a, da),
+                       psurf__mix(near_a, along, tau, psurf__sub(a->f, a->fr)));
+    *b121 = psurf__add(psurf__mad(b->v, PSURF__R(0.75) + far_b, db),
+                       psurf__mix(-near_b, along, tau, psurf__sub(b->f, b->fl)));
+}
+
+/* b004: eq. 20. */
+static psurf__v3 psurf__pm_centre(const psurf__corner_data *c, uint32_t m)
+{
+    const psurf_real w = psurf__sides_table[m].w, scale = 1 / (PSURF__R(m) * (7 * w + 9));
+    psurf__v3 sum = psurf__zero();
+    uint32_t i;
+    for (i = 0; i < m; i++) {
+        psurf__v3 outer = psurf__mad(c[i].v, 3, psurf__add(c[i].t0, c[i].t1));
+        sum = psurf__add(sum, psurf__mix(w, outer, 9, c[i].f));
+    }
+    return psurf__mul(sum, scale);
+}
+
+/* The points of a sector that are stored, as places in a patch. */
+enum { PSURF__V, PSURF__T0, PSURF__T1, PSURF__B211, PSURF__B121, PSURF__B112, PSURF__SECTOR };
+
+static psurf__v3 psurf__pm_point(const psurf_real *points, uint32_t sector, uint32_t which)
+{
+    return psurf__get(points + 3 * (PSURF__SECTOR * sector + which));
+}
+
+static uint32_t psurf__following(uint32_t i, uint32_t m) { return i + 1 == m ? 0 : i + 1; }
+static uint32_t psurf__preceding(uint32_t i, uint32_t m) { return i == 0 ? m - 1 : i - 1; }
+
+/* The points b301, b202 and b103 on the line from corner i to the centre: eq. 3. count = how many. */
+static void psurf__pm_inner_line(const psurf_real *points, uint32_t m, uint32_t i, uint32_t count,
+                                 psurf__v3 line[3])
+{
+    const psurf__sides *sides = &psurf__sides_table[m];
+    const uint32_t h = psurf__preceding(i, m);
+    psurf__v3 v = psurf__pm_point(points, i, PSURF__V);
+    psurf__v3 spokes = psurf__add(psurf__pm_point(points, i, PSURF__T0),
+                                  psurf__pm_point(points, h, PSURF__T1));
+    psurf__v3 b310 = psurf__mix(PSURF__R(0.5), v, PSURF__R(0.75), spokes);  /* + b130 of sector h */
+    line[0] = psurf__mix(sides->k1, v, sides->k2, b310);
+    line[1] = psurf__mix(sides->k1, line[0], sides->k2,
+                         psurf__add(psurf__pm_point(points, i, PSURF__B211),
+                                    psurf__pm_point(points, h, PSURF__B121)));
+    if (count < 3) return;
+    line[2] = psurf__mix(sides->k1, line[1], sides->k2,
+                         psurf__add(psurf__pm_point(points, i, PSURF__B112),
+                                    psurf__pm_point(points, h, PSURF__B112)));
+}
+
+/* b112 of sector 0 for m = 3 and 5 from b004 and the b202 of all lines, turned by i: eqs. 21, 22. */
+static psurf__v3 psurf__pm_b112_odd(psurf__v3 centre, const psurf__v3 *b202, uint32_t m, uint32_t i)
+{
+    psurf__v3 near_edge, beside, opposite;
+    if (m == 3) return psurf__mix(PSURF__R(1.5), centre, PSURF__R(-0.5), b202[(i + 2) % 3]);
+    opposite = b202[(i + 3) % 5];
+    near_edge = psurf__add(b202[i], b202[(i + 1) % 5]);
+    beside = psurf__add(b202[(i + 2) % 5], b202[(i + 4) % 5]);
+    return psurf__add(psurf__mix(PSURF__R(0.69098300562505257590), centre,
+                                 PSURF__R(0.13819660112501051518), opposite),
+                      psurf__mix(PSURF__R(0.44721359549995793928), near_edge,
+                                 PSURF__R(-0.36180339887498948482), beside));
+}
+
+/* b112 of sector i for m = 4: eq. 21. */
+static psurf__v3 psurf__pm_b112_even(psurf__v3 centre, const psurf_real *points, uint32_t i)
+{
+    const uint32_t j = (i + 1) & 3, k = (i + 2) & 3, l = (i + 3) & 3;
+    psurf__v3 own = psurf__add(psurf__pm_point(points, i, PSURF__B211),
+                               psurf__pm_point(points, i, PSURF__B121));
+    psurf__v3 next_to = psurf__add(psurf__pm_point(points, j, PSURF__B121),
+                                   psurf__pm_point(points, l, PSURF__B211));
+    psurf__v3 beyond = psurf__add(psurf__pm_point(points, j, PSURF__B211),
+                                  psurf__pm_point(points, l, PSURF__B121));
+    psurf__v3 opposite = psurf__add(psurf__pm_point(points, k, PSURF__B211),
+                                    psurf__pm_point(points, k, PSURF__B121));
+    return psurf__add(centre, psurf__mix(PSURF__R(3.0 / 16.0), psurf__sub(own, next_to),
+                                         PSURF__R(1.0 / 16.0), psurf__sub(beyond, opposite)));
+}
+
+/* P3, P4, P5: m sectors of degree 4 round a centre. [PM] section 4.3. The patch is only written here:
+   what is read back comes from a copy on the stack. */
+static void psurf__pm_sectors(const psurf__corner_data *c, uint32_t m, psurf_real *out)
+{
+    psurf_real points[3 * (PSURF__SECTOR * 5 + 1)];
+    psurf__v3 centre = psurf__pm_centre(c, m), line[3], b202[5];
+    uint32_t i, k;
+    for (i = 0; i < m; i++) {
+        const psurf__corner_data *a = &c[i], *b = &c[psurf__following(i, m)];
+        psurf_real *sector = points + 3 * PSURF__SECTOR * i;
+        psurf__v3 b211, b121;
+        psurf__pm_first_row(a, b, psurf__sides_table[m].mu, &b211, &b121);
+        psurf__put(sector + 3 * PSURF__V, a->v);
+        psurf__put(sector + 3 * PSURF__T0, a->t0);
+        psurf__put(sector + 3 * PSURF__T1, b->t1);
+        psurf__put(sector + 3 * PSURF__B211, b211);
+        psurf__put(sector + 3 * PSURF__B121, b121);
+    }
+    for (i = 0; i < m && m != 4; i++) {
+        psurf__pm_inner_line(points, m, i, 2, line);
+        b202[i] = line[1];
+    }
+    for (i = 0; i < m; i++)
+        psurf__put(points + 3 * (PSURF__SECTOR * i + PSURF__B112),
+                   m == 4 ? psurf__pm_b112_even(centre, points, i)
+                          : psurf__pm_b112_odd(centre, b202, m, i));
+    psurf__put(points + 3 * PSURF__SECTOR * m, centre);
+    for (k = 0; k < 3 * (PSURF__SECTOR * m + 1); k++) out[k] = points[k];
+}
+
+/* 3/2 of the blend ratio at the pole on the spoke of a polar facet's corner. */
+static psurf_real psurf__pole_ratio(const psurf__control *control, uint32_t spoke)
+{
+    return control->blends ? PSURF__R(1.5) * PSURF__R(control->blends[spoke]) : PSURF__R(1);
+}
+
+static void psurf__pm_polar_facet(const psurf_patches *p, const psurf__control *control,
+                                  const psurf__corner_data c[3], uint32_t turn, uint32_t first,
+                                  psurf_real *out)
+{
+    const psurf_topology *t = p->topology;
+    const uint32_t a = turn, b = (turn + 1) % 3, o = (turn + 2) % 3;
+    const psurf_ring *pole = &t->rings[t->corners[first + o].ring & ~PSURF_WRITER];
+    const uint32_t to_a = t->corners[first + o].spoke, to_b = psurf__next_spoke(pole, to_a);
+    psurf__pm_polar(&c[a], &c[b], &c[o], psurf__pole_ratio(control, to_a),
+                    psurf__pole_ratio(control, to_b), out);
+}
+
+static void psurf__pm_facet(const psurf_patches *p, const psurf__control *control, psurf_kind kind,
+                            uint32_t facet, psurf_real *out)
+{
+    const uint32_t m = psurf__kind_sides(kind), first = psurf__facet_corner(p->topology, kind, facet);
+    psurf__corner_data c[5];
+    uint32_t i;
+    for (i = 0; i < m; i++) psurf__read_corner(p, first + i, &c[i]);
+    if (kind == PSURF_BICUBIC) psurf__pm_bicubic(c, out);
+    else if (kind == PSURF_POLAR)
+        psurf__pm_polar_facet(p, control, c, p->topology->facets[facet].piece >> 16, first, out);
+    else psurf__pm_sectors(c, m, out);
+}
+
+/* ---- the table of schemes, and the passes that run them ---- */
+
+typedef struct psurf__scheme_row {
+    const char *name;
+    void (*facet)(const psurf_patches *, const psurf__control *, psurf_kind, uint32_t facet,
+                  psurf_real *out);
+} psurf__scheme_row;
+
+static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
+    {"pm", psurf__pm_facet}
+};
+
+static uint32_t psurf__kind_points(psurf_kind kind)
+{
+    static const unsigned char points[PSURF_KIND_COUNT] = {16, 13, 19, 25, 31};
+    return points[kind];
+}
+
+static psurf_real *psurf__patch_points(const psurf_patches *p, psurf_kind kind, uint32_t facet)
+{
+    const size_t index = facet - p->topology->kind_first[kind];
+    psurf_real *block = (psurf_real *)(void *)((char *)p->patches + p->layout.kind[kind].offset);
+    return block + index * 3 * p->layout.kind[kind].points;
+}
+
+PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_scheme scheme,
+                                          psurf_patches_layout *layout)
+{
+    psurf__block patches = {NULL, 0}, scratch = {NULL, 0};
+    uint32_t k;
+    if (!topology || !layout || (uint32_t)scheme >= PSURF_SCHEME_COUNT) return PSURF_BAD_DESC;
+    for (k = 0; k < PSURF_KIND_COUNT; k++) {
+        psurf_kind_block *block = &layout->kind[k];
+        block->count = topology->kind_first[k + 1] - topology->kind_first[k];
+        block->points = psurf__kind_points((psurf_kind)k);
+        psurf__carve(&patches, 0, 1, 256);
+        block->offset = patches.used;
+        psurf__carve(&patches, block->count, 3 * block->points * sizeof(psurf_real), 1);
+    }
+    layout->limit_offset = 0;
+    psurf__carve(&scratch, topology->info.rings, 3 * sizeof(psurf_real), 1);
+    psurf__carve(&scratch, 0, 1, 256);
+    layout->spoke_offset = scratch.used;
+    psurf__carve(&scratch, topology->info.spokes, 6 * sizeof(psurf_real), 1);
+    layout->patch_bytes = patches.used;
+    layout->scratch_bytes = scratch.used;
+    layout->pass_items[PSURF_PASS_CENTRES] = 0;
+    layout->pass_items[PSURF_PASS_VERTICES] = topology->info.rings;
+    layout->pass_items[PSURF_PASS_FACETS] = topology->info.facets;
+    return patches.used == SIZE_MAX || scratch.used == SIZE_MAX ? PSURF_TOO_LARGE : PSURF_OK;
+}
+
+PSURF_API psurf_result psurf_patches_bind(psurf_patches *out, const psurf_topology *topology,
+                                          psurf_scheme scheme, void *patches, void *scratch)
+{
+    psurf_result result;
+    if (!out) return PSURF_BAD_DESC;
+    result = psurf_patches_size(topology, scheme, &out->layout);
+    if (result != PSURF_OK) return result;
+    if ((!patches && out->layout.patch_bytes) || (uintptr_t)patches % sizeof(psurf_real) ||
+        (uintptr_t)scratch % sizeof(psurf_real)) return PSURF_BAD_DESC;
+    out->topology = topology;
+    out->scheme = scheme;
+    out->patches = patches;
+    out->scratch = scratch;
+    return PSURF_OK;
+}
+
+static uint32_t psurf__range_end(uint32_t first, uint32_t count, uint32_t items)
+{
+    if (first >= items) return first;
+    return count > items - first ? items : first + count;
+}
+
+static int psurf__construct_desc_ok(const psurf_construct_desc *desc)
+{
+    return desc && !desc->_start_canary && !desc->_end_canary && desc->positions &&
+           desc->position_stride % sizeof(psurf_real) == 0;
+}
+
+PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
+                                            const psurf_construct_desc *desc, psurf_pass pass,
+                                            uint32_t first, uint32_t count)
+{
+    const psurf_topology *t;
+    psurf__control control;
+    uint32_t i, end;
+    if (!patches || !psurf__construct_desc_ok(desc) || (uint32_t)pass >= PSURF_PASS_COUNT ||
+        (!patches->scratch && patches->layout.scratch_bytes)) return PSURF_BAD_DESC;
+    t = patches->topology;
+    control = psurf__control_of(t, desc);
+    end = psurf__range_end(first, count, patches->layout.pass_items[pass]);
+    if (pass == PSURF_PASS_VERTICES)
+        for (i = first; i < end; i++) psurf__vertex_pass(patches, &control, i);
+    if (pass == PSURF_PASS_FACETS)
+        for (i = first; i < end; i++) {
+            psurf_kind kind = psurf__facet_kind(t, i);
+            psurf__schemes[patches->scheme].facet(patches, &control, kind, i,
+                                                  psurf__patch_points(patches, kind, i));
+        }
+    return PSURF_OK;
+}
+
+PSURF_API psurf_result psurf_construct(const psurf_patches *patches, const psurf_construct_desc *desc)
+{
+    uint32_t pass;
+    psurf_result result = PSURF_OK;
+    for (pass = 0; pass < PSURF_PASS_COUNT && result == PSURF_OK; pass++)
+        result = psurf_construct_pass(patches, desc, (psurf_pass)pass, 0, PSURF_NONE);
+    return result;
+}
+
+PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t index)
+{
+    const psurf_topology *t = patches->topology;
+    psurf_patch patch;
+    patch.kind = PSURF_BICUBIC;
+    patch.face = patch.sector = PSURF_NONE;
+    patch.point_count = 0;
+    patch.points = NULL;
+    if (index >= t->info.facets) return patch;
+    patch.kind = psurf__facet_kind(t, index);
+    patch.face = t->facets[index].face;
+    patch.sector = t->facets[index].piece & 0xFFFFu;
+    patch.point_count = psurf__kind_points(patch.kind);
+    patch.points = psurf__patch_points(patches, patch.kind, index);
+    return patch;
+}
+
+/* >>6 EVALUATORS ==============================================================================
+   Per kind: where a parameter lies on the patch (locate), which Bezier points it needs (net), what the
+   surface does there (jet), and derivatives of the patch turned into those of the face (pull). One row
+   per kind at the end of the chapter.
+
+   Parameters enter as weights w over a common denominator d: a face parameter with d = 1, or the
+   integers of a tessellation lattice with d = rate. Sums and differences of such integers are exact,
+   and every weight is divided once, at the end: that is why both sides of an edge get the same r and s.
+   Triangles: w = weights of the three corners. Quads: 1-u, u, 1-v, v. Sectors: weights of corner i,
+   corner i+1, centre. */
+
+typedef struct psurf__spot {
+    uint32_t sector;                    /* of a Pm-patch */
+    uint32_t edge;                      /* edge of the patch it lies on, or PSURF_NONE */
+    psurf_real r, s;                    /* on an edge: weights of its first and second end */
+    psurf_real w[4];                    /* tensor: 1-u, u, 1-v, v; sector: corner i, i+1, centre */
+} psurf__spot;
+
+typedef struct psurf__jet {
+    psurf__v3 p, du, dv, duu, duv, dvv;
+    int curved;                         /* second derivatives exist here */
+} psurf__jet;
+
+/* The cubic that every facet boundary is: [PM] section 7. Swapping the ends swaps the operands of
+   commutative operations alone, so both sides get the same bits; at the ends it is the end itself. */
+static psurf__v3 psurf__edge_point(psurf__v3 v0, psurf__v3 t0, psurf__v3 t1, psurf__v3 v1,
+                                   psurf_real r, psurf_real s)
+{
+    psurf__v3 ends, inner;
+    if (s <= 0) return v0;
+    if (r <= 0) return v1;
+    ends = psurf__mix((r * r) * r, v0, (s * s) * s, v1);
+    inner = psurf__mix(3 * ((r * r) * s), t0, 3 * ((s * s) * r), t1);
+    return psurf__add(ends, inner);
+}
+
+static void psurf__set_edge(psurf__spot *spot, uint32_t edge, psurf_real r, psurf_real s, psurf_real d)
+{
+    spot->edge = edge;
+    spot->r = r / d;
+    spot->s = s / d;
+}
+
+static void psurf__set_weights(psurf__spot *spot, psurf_real a, psurf_real b, psurf_real c, psurf_real d)
+{
+    spot->w[0] = a / d;
+    spot->w[1] = b / d;
+    spot->w[2] = c / d;
+}
+
+/* The edge of a triangle or of the unit square that weights lie on, if any. */
+static void psurf__find_triangle_edge(psurf__spot *spot, const psurf_real *w, psurf_real d)
+{
+    spot->edge = PSURF_NONE;
+    if (w[2] <= 0) psurf__set_edge(spot, 0, w[0], w[1], d);
+    else if (w[0] <= 0) psurf__set_edge(spot, 1, w[1], w[2], d);
+    else if (w[1] <= 0) psurf__set_edge(spot, 2, w[2], w[0], d);
+}
+
+static void psurf__find_quad_edge(psurf__spot *spot, const psurf_real *w, psurf_real d)
+{
+    spot->edge = PSURF_NONE;
+    if (w[3] <= 0) psurf__set_edge(spot, 0, w[0], w[1], d);
+    else if (w[0] <= 0) psurf__set_edge(spot, 1, w[2], w[3], d);
+    else if (w[2] <= 0) psurf__set_edge(spot, 2, w[1], w[0], d);
+    else if (w[1] <= 0) psurf__set_edge(spot, 3, w[3], w[2], d);
+}
+
+/* ---- bicubic ---- */
+
+static void psurf__bicubic_locate(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
+                                  psurf__spot *spot)
+{
+    uint32_t k;
+    (void)turn;
+    (void)sector;
+    spot->sector = 0;
+    for (k = 0; k < 4; k++) spot->w[k] = w[k] / d;
+    psurf__find_quad_edge(spot, w, d);
+}
+
+static const psurf_real *psurf__own_net(const psurf_real *points, uint32_t sector, psurf_real *store)
+{
+    (void)sector;
+    (void)store;
+    return points;
+}
+
+/* Bernstein polynomials of degree 3, 2, 1 at the weights t0 = 1-t and t1 = t. */
+static void psurf__bernstein(psurf_real t0, psurf_real t1, psurf_real b3[4], psurf_real b2[3])
+{
+    b3[0] = t0 * t0 * t0;
+    b3[1] = 3 * t0 * t0 * t1;
+    b3[2] = 3 * t0 * t1 * t1;
+    b3[3] = t1 * t1 * t1;
+    b2[0] = t0 * t0;
+    b2[1] = 2 * t0 * t1;
+    b2[2] = t1 * t1;
+}
+
+/* Value, first and second derivative of a cubic with points at the given distance in reals. Derivatives
+   come from differences of the points, which keep their digits far from the origin. */
+static void psurf__cubic(const psurf_real *points, size_t step, const psurf_real *b3,
+                         const psurf_real *b2, psurf_real t0, psurf_real t1, psurf__v3 out[3])
+{
+    psurf__v3 p[4], d[3];
+    int k;
+    for (k = 0; k < 4; k++) p[k] = psurf__get(points + (size_t)k * step);
+    for (k = 0; k < 3; k++) d[k] = psurf__sub(p[k + 1], p[k]);
+    out[0] = psurf__add(psurf__mix(b3[0], p[0], b3[1], p[1]), psurf__mix(b3[2], p[2], b3[3], p[3]));
+    out[1] = psurf__mul(psurf__mad(psurf__mix(b2[0], d[0], b2[1], d[1]), b2[2], d[2]), 3);
+    out[2] = psurf__mul(psurf__mix(t0, psurf__sub(d[1], d[0]), t1, psurf__sub(d[2], d[1])), 6);
+}
+
+static void psurf__bicubic_jet(const psurf_real *g, const psurf__spot *spot, int second,
+                               psurf__jet *jet)
+{
+    psurf_real u3[4], u2[3], v3[4], v2[3], rows[3][12];
+    psurf__v3 along[3], across[3];
+    uint32_t j, k;
+    psurf__bernstein(spot->w[0], spot->w[1], u3, u2);
+    psurf__bernstein(spot->w[2], spot->w[3], v3, v2);
+    for (j = 0; j < 4; j++) {                           /* rows along u: value and derivatives */
+        psurf__cubic(g + 12 * j, 3, u3, u2, spot->w[0], spot->w[1], along);
+        for (k = 0; k < 3; k++) psurf__put(rows[k] + 3 * j, along[k]);
+    }
+    psurf__cubic(rows[0], 3, v3, v2, spot->w[2], spot->w[3], across);
+    jet->p = across[0];
+    jet->dv = across[1];
+    jet->dvv = across[2];
+    psurf__cubic(rows[1], 3, v3, v2, spot->w[2], spot->w[3], across);
+    jet->du = across[0];
+    jet->duv = across[1];
+    if (!second) return;
+    psurf__cubic(rows[2], 3, v3, v2, spot->w[2], spot->w[3], across);
+    jet->duu = across[0];
+}
+
+static void psurf__bicubic_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *jet)
+{
+    (void)spot;
+    (void)turn;
+    (void)jet;                                          /* the patch has the parameters of the face */
+}
+
+/* ---- polar ---- */
+
+static void psurf__polar_locate(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
+                                psurf__spot *spot)
+{
+    psurf_real turned[3], base;
+    uint32_t k;
+    (void)sector;
+    for (k = 0; k < 3; k++) turned[k] = w[(turn + k) % 3];
+    base = turned[0] + turned[1];
+    spot->sector = 0;
+    spot->w[0] = base > 0 ? turned[0] / base : PSURF__R(0.5);
+    spot->w[1] = base > 0 ? turned[1] / base : PSURF__R(0.5);
+    spot->w[2] = base / d;
+    spot->w[3] = turned[2] / d;
+    psurf__find_triangle_edge(spot, turned, d);
+}
+
+/* du and its derivatives are divided by 1-v: that is regular up to the pole, where u loses its meaning.
+   So duu = S_uu/(1-v) and duv = (S_u/(1-v))_v here, and pull knows it. [PM] section 4.2. */
+static void psurf__polar_jet(const psurf_real *h, const psurf__spot *spot, int second, psurf__jet *jet)
+{
+    const psurf_real v0 = spot->w[2], v1 = spot->w[3];
+    const psurf_real weight[3] = {v0 * v0, 3 * v0 * v1, 3 * v1 * v1};       /* B_j(v)/(1-v) */
+    const psurf_real slope[3] = {-2 * v0, 3 * (v0 - v1), 6 * v1};
+    psurf_real u3[4], u2[3];
+    psurf__v3 row[3][3], pole = psurf__get(h + 36), d0, d1, d2;
+    uint32_t j;
+    psurf__bernstein(spot->w[0], spot->w[1], u3, u2);
+    for (j = 0; j < 3; j++) psurf__cubic(h + 12 * j, 3, u3, u2, spot->w[0], spot->w[1], row[j]);
+    d0 = psurf__sub(row[1][0], row[0][0]);
+    d1 = psurf__sub(row[2][0], row[1][0]);
+    d2 = psurf__sub(pole, row[2][0]);
+    jet->p = psurf__add(psurf__mix(v0 * v0 * v0, row[0][0], 3 * v0 * v0 * v1, row[1][0]),
+                        psurf__mix(3 * v0 * v1 * v1, row[2][0], v1 * v1 * v1, pole));
+    jet->du = psurf__mad(psurf__mix(weight[0], row[0][1], weight[1], row[1][1]), weight[2], row[2][1]);
+    jet->dv = psurf__mul(psurf__mad(psurf__mix(v0 * v0, d0, 2 * v0 * v1, d1), v1 * v1, d2), 3);
+    if (!second) return;
+    jet->duu = psurf__mad(psurf__mix(weight[0], row[0][2], weight[1], row[1][2]), weight[2], row[2][2]);
+    jet->duv = psurf__mad(psurf__mix(slope[0], row[0][1], slope[1], row[1][1]), slope[2], row[2][1]);
+    jet->dvv = psurf__mul(psurf__mix(v0, psurf__sub(d1, d0), v1, psurf__sub(d2, d1)), 6);
+}
+
+/* How fast the weight of a corner of a triangle changes with u (which = 0) or v (1). */
+static psurf_real psurf__weight_slope(uint32_t corner, uint32_t which)
+{
+    if (corner == 0) return -1;
+    return corner == which + 1 ? PSURF__R(1) : PSURF__R(0);
+}
+
+/* With S = S_u/(1-v) and, per direction, o = change of the pole's weight, q = change of B's weight
+   + u o: D = S q + S_v o, and D_xy = S_u q_x q_y/(1-v) + S_v (q_x o_y + o_x q_y) + S_vv o_x o_y. */
+static void psurf__polar_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *jet)
+{
+    const psurf__jet in = *jet;
+    const psurf_real u = spot->w[1], rest = spot->w[2];
+    psurf_real o[2], q[2];
+    uint32_t k;
+    for (k = 0; k < 2; k++) {
+        o[k] = psurf__weight_slope((turn + 2) % 3, k);
+        q[k] = psurf__weight_slope((turn + 1) % 3, k) + u * o[k];
+    }
+    jet->du = psurf__mix(q[0], in.du, o[0], in.dv);
+    jet->dv = psurf__mix(q[1], in.du, o[1], in.dv);
+    if (!(rest > 0)) {
+        jet->curved = 0;
+        jet->duu = jet->duv = jet->dvv = psurf__zero();
+        return;
+    }
+    jet->duu = psurf__add(psurf__mix(q[0] * q[0] / rest, in.duu, 2 * q[0] * o[0], in.duv),
+                          psurf__mul(in.dvv, o[0] * o[0]));
+    jet->duv = psurf__add(psurf__mix(q[0] * q[1] / rest, in.duu, q[0] * o[1] + o[0] * q[1], in.duv),
+                          psurf__mul(in.dvv, o[0] * o[1]));
+    jet->dvv = psurf__add(psurf__mix(q[1] * q[1] / rest, in.duu, 2 * q[1] * o[1], in.duv),
+                          psurf__mul(in.dvv, o[1] * o[1]));
+}
+
+/* ---- P3, P4, P5: sectors ---- */
+
+/* The sector of a triangle is that of the edge opposite the least weight; lower ones win ties. */
+static void psurf__p3_locate(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
+                             psurf__spot *spot)
+{
+    const uint32_t i = w[2] <= w[0] && w[2] <= w[1] ? 0 : w[0] <= w[1] ? 1 : 2;
+    const psurf_real a = w[i], b = w[(i + 1) % 3], least = w[(i + 2) % 3];
+    (void)turn;
+    (void)sector;
+    spot->sector = i;
+    psurf__set_weights(spot, a - least, b - least, 3 * least, d);
+    psurf__find_triangle_edge(spot, w, d);
+}
+
+/* The sector of the unit square is that of the nearest side; lower ones win ties. */
+static void psurf__p4_locate(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
+                             psurf__spot *spot)
+{
+    const psurf_real u0 = w[0], u1 = w[1], v0 = w[2], v1 = w[3];
+    (void)turn;
+    (void)sector;
+    if (v1 <= u0 && v1 <= u1) {
+        spot->sector = 0;
+        psurf__set_weights(spot, u0 - v1, u1 - v1, 2 * v1, d);
+    } else if (u0 <= v0 && u0 <= v1) {
+        spot->sector = 1;
+        psurf__set_weights(spot, v0 - u0, v1 - u0, 2 * u0, d);
+    } else if (v0 <= u0 && v0 <= u1) {
+        spot->sector = 2;
+        psurf__set_weights(spot, u1 - v0, u0 - v0, 2 * v0, d);
+    } else {
+        spot->sector = 3;
+        psurf__set_weights(spot, v1 - u1, v0 - u1, 2 * u1, d);
+    }
+    psurf__find_quad_edge(spot, w, d);
+}
+
+static void psurf__p5_locate(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
+                             psurf__spot *spot)
+{
+    (void)turn;
+    spot->sector = sector;
+    spot->edge = PSURF_NONE;
+    psurf__set_weights(spot, w[0], w[1], w[2], d);
+    if (w[2] <= 0) psurf__set_edge(spot, sector, w[0], w[1], d);
+}
+
+/* The 15 points of sector i, rows of constant distance from the edge: b_jkl at row l, place k. */
+static const unsigned char psurf__row[5] = {0, 5, 9, 12, 14};
+
+static void psurf__sector_net(const psurf_real *points, uint32_t m, uint32_t i, psurf_real *net)
+{
+    const uint32_t j = psurf__following(i, m);
+    const psurf__v3 a = psurf__pm_point(points, i, PSURF__V), b = psurf__pm_point(points, j, PSURF__V);
+    const psurf__v3 t0 = psurf__pm_point(points, i, PSURF__T0);
+    const psurf__v3 t1 = psurf__pm_point(points, i, PSURF__T1);
+    psurf__v3 from_a[3], from_b[3];
+    uint32_t l;
+    psurf__pm_inner_line(points, m, i, 3, from_a);
+    psurf__pm_inner_line(points, m, j, 3, from_b);
+    psurf__put(net + 0, a);                                                     /* eq. 2 */
+    psurf__put(net + 3, psurf__mix(PSURF__R(0.25), a, PSURF__R(0.75), t0));
+    psurf__put(net + 6, psurf__mul(psurf__add(t0, t1), PSURF__R(0.5)));
+    psurf__put(net + 9, psurf__mix(PSURF__R(0.25), b, PSURF__R(0.75), t1));
+    psurf__put(net + 12, b);
+    psurf__put(net + 18, psurf__pm_point(points, i, PSURF__B211));
+    psurf__put(net + 21, psurf__pm_point(points, i, PSURF__B121));
+    psurf__put(net + 30, psurf__pm_point(points, i, PSURF__B112));
+    for (l = 1; l < 4; l++) {
+        psurf__put(net + 3 * psurf__row[l], from_a[l - 1]);
+        psurf__put(net + 3 * (psurf__row[l] + 4 - l), from_b[l - 1]);
+    }
+    psurf__put(net + 42, psurf__pm_point(points, m, PSURF__V));
+}
+
+static const psurf_real *psurf__p3_net(const psurf_real *points, uint32_t sector, psurf_real *store)
+{
+    psurf__sector_net(points, 3, sector, store);
+    return store;
+}
+
+static const psurf_real *psurf__p4_net(const psurf_real *points, uint32_t sector, psurf_real *store)
+{
+    psurf__sector_net(points, 4, sector, store);
+    return store;
+}
+
+static const psurf_real *psurf__p5_net(const psurf_real *points, uint32_t sector, psurf_real *store)
+{
+    psurf__sector_net(points, 5, sector, store);
+    return store;
+}
+
+/* Bernstein polynomials of a triangle, row by row as in psurf__row, degree n = 2, 3 or 4. */
+static void psurf__triangle_basis(const psurf_real *w, uint32_t n, psurf_real *out)
+{
+    static const unsigned char factor[3][15] = {
+        {1, 2, 1, 2, 2, 1}, {1, 3, 3, 1, 3, 6, 3, 3, 3, 1},
+        {1, 4, 6, 4, 1, 4, 12, 12, 4, 6, 12, 6, 4, 4, 1}
+    };
+    psurf_real a[5], b[5], c[5];
+    uint32_t k, l, at = 0;
+    a[0] = b[0] = c[0] = 1;
+    for (k = 1; k <= n; k++) {
+        a[k] = a[k - 1] * w[0];
+        b[k] = b[k - 1] * w[1];
+        c[k] = c[k - 1] * w[2];
+    }
+    for (l = 0; l <= n; l++)
+        for (k = 0; k + l <= n; k++, at++)
+            out[at] = PSURF__R(factor[n - 2][at]) * (a[n - k - l] * b[k] * c[l]);
+}
+
+/* The difference of net points from place (k, l) of the next lower degree, along the edge (0) or
+   towards the centre (1). */
+static psurf__v3 psurf__net_step(const psurf_real *net, uint32_t k, uint32_t l, int across)
+{
+    const psurf_real *from = net + 3 * (psurf__row[l] + k);
+    const psurf_real *to = across ? net + 3 * (psurf__row[l + 1] + k) : from + 3;
+    return psurf__sub(psurf__get(to), psurf__get(from));
+}
+
+static void psurf__sector_second(const psurf_real *net, const psurf_real *w, psurf__jet *jet)
+{
+    psurf_real b2[6];
+    uint32_t k, l, at = 0;
+    psurf__triangle_basis(w, 2, b2);
+    jet->duu = jet->duv = jet->dvv = psurf__zero();
+    for (l = 0; l < 3; l++)
+        for (k = 0; k + l < 3; k++, at++) {
+            psurf__v3 u = psurf__net_step(net, k, l, 0), v = psurf__net_step(net, k, l, 1);
+            psurf__v3 uu = psurf__sub(psurf__net_step(net, k + 1, l, 0), u);
+            psurf__v3 uv = psurf__sub(psurf__net_step(net, k, l + 1, 0), u);
+            psurf__v3 vv = psurf__sub(psurf__net_step(net, k, l + 1, 1), v);
+            jet->duu = psurf__mad(jet->duu, 12 * b2[at], uu);
+            jet->duv = psurf__mad(jet->duv, 12 * b2[at], uv);
+            jet->dvv = psurf__mad(jet->dvv, 12 * b2[at], vv);
+        }
+}
+
+/* Parameters of a sector: u = weight of corner i+1, v = weight of the centre. */
+static void psurf__sector_jet(const psurf_real *net, const psurf__spot *spot, int second,
+                              psurf__jet *jet)
+{
+    psurf_real b4[15], b3[10];
+    uint32_t k, l, at = 0;
+    psurf__triangle_basis(spot->w, 4, b4);
+    psurf__triangle_basis(spot->w, 3, b3);
+    jet->p = jet->du = jet->dv = psurf__zero();
+    for (k = 0; k < 15; k++) jet->p = psurf__mad(jet->p, b4[k], psurf__get(net + 3 * k));
+    for (l = 0; l < 4; l++)
+        for (k = 0; k + l < 4; k++, at++) {
+            jet->du = psurf__mad(jet->du, 4 * b3[at], psurf__net_step(net, k, l, 0));
+            jet->dv = psurf__mad(jet->dv, 4 * b3[at], psurf__net_step(net, k, l, 1));
+        }
+    if (second) psurf__sector_second(net, spot->w, jet);
+}
+
+/* Chain rule for linear parameters: rows of j are the sector's u, v per unit of the face's u, v. */
+static void psurf__linear_pull(psurf_real uu, psurf_real vu, psurf_real uv, psurf_real vv,
+                               psurf__jet *jet)
+{
+    const psurf__jet in = *jet;
+    jet->du = psurf__mix(uu, in.du, vu, in.dv);
+    jet->dv = psurf__mix(uv, in.du, vv, in.dv);
+    jet->duu = psurf__add(psurf__mix(uu * uu, in.duu, 2 * uu * vu, in.duv), psurf__mul(in.dvv, vu * vu));
+    jet->duv = psurf__add(psurf__mix(uu * uv, in.duu, uu * vv + vu * uv, in.duv),
+                          psurf__mul(in.dvv, vu * vv));
+    jet->dvv = psurf__add(psurf__mix(uv * uv, in.duu, 2 * uv * vv, in.duv), psurf__mul(in.dvv, vv * vv));
+}
+
+static void psurf__p3_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *jet)
+{
+    const uint32_t j = (spot->sector + 1) % 3, k = (spot->sector + 2) % 3;
+    (void)turn;
+    psurf__linear_pull(psurf__weight_slope(j, 0) - psurf__weight_slope(k, 0),
+                       3 * psurf__weight_slope(k, 0),
+                       psurf__weight_slope(j, 1) - psurf__weight_slope(k, 1),
+                       3 * psurf__weight_slope(k, 1), jet);
+}
+
+static void psurf__p4_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *jet)
+{
+    static const signed char j[4][4] = {{1, 0, -1, 2}, {1, -2, 1, 0}, {-1, 0, 1, -2}, {-1, 2, -1, 0}};
+    const signed char *row = j[spot->sector];
+    (void)turn;
+    psurf__linear_pull(PSURF__R(row[0]), PSURF__R(row[1]), PSURF__R(row[2]), PSURF__R(row[3]), jet);
+}
+
+static void psurf__p5_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *jet)
+{
+    (void)spot;
+    (void)turn;
+    psurf__linear_pull(0, -1, 1, -1, jet);              /* face: weights of corner i and i+1 */
+}
+
+/* ---- the table of kinds ---- */
+
+typedef struct psurf__kind_row {
+    const char *name;
+    uint32_t sectors, net_points;
+    void (*locate)(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d, psurf__spot *spot);
+    const psurf_real *(*net)(const psurf_real *points, uint32_t sector, psurf_real *store);
+    void (*jet)(const psurf_real *net, const psurf__spot *spot, int second, psurf__jet *jet);
+    void (*pull)(const psurf__spot *spot, uint32_t turn, psurf__jet *jet);
+    unsigned char edge[5][4];           /* the cubic of each edge: places of v0, t0, t1, v1 */
+} psurf__kind_row;
+
+static const psurf__kind_row psurf__kinds[PSURF_KIND_COUNT] = {
+    {"bicubic", 1, 16, psurf__bicubic_locate, psurf__own_net, psurf__bicubic_jet, psurf__bicubic_pull,
+     {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}},
+    {"polar", 1, 13, psurf__polar_locate, psurf__own_net, psurf__polar_jet, psurf__polar_pull,
+     {{0, 1, 2, 3}, {3, 7, 11, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
+    {"p3", 3, 15, psurf__p3_locate, psurf__p3_net, psurf__sector_jet, psurf__p3_pull,
+     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
+    {"p4", 4, 15, psurf__p4_locate, psurf__p4_net, psurf__sector_jet, psurf__p4_pull,
+     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 0}, {0, 0, 0, 0}}},
+    {"p5", 5, 15, psurf__p5_locate, psurf__p5_net, psurf__sector_jet, psurf__p5_pull,
+     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}}}
+};
+
+enum { PSURF__NET_REALS = 48, PSURF__MAX_SECTORS = 5 };         /* reals of the largest net */
+
+/* A facet ready to be evaluated. */
+typedef struct psurf__view {
+    const psurf__kind_row *row;
+    const psurf_real *points;
+    uint32_t turn;
+} psurf__view;
+
+static psurf__view psurf__view_facet(const psurf_patches *p, uint32_t facet)
+{
+    const psurf_kind kind = psurf__facet_kind(p->topology, facet);
+    psurf__view view;
+    view.row = &psurf__kinds[kind];
+    view.points = psurf__patch_points(p, kind, facet);
+    view.turn = p->topology->facets[facet].piece >> 16;
+    return view;
+}
+
+/* Position and jet at a spot; on an edge the position is that of the edge. */
+static void psurf__evaluate(const psurf__view *view, const psurf_real *net, const psurf__spot *spot,
+                            int second, psurf__jet *jet)
+{
+    view->row->jet(net, spot, second, jet);
+    jet->curved = 1;
+    if (spot->edge != PSURF_NONE) {
+        const unsigned char *e = view->row->edge[spot->edge];
+        const psurf_real *c = view->points;
+        jet->p = psurf__edge_point(psurf__get(c + 3 * e[0]), psurf__get(c + 3 * e[1]),
+                                   psurf__get(c + 3 * e[2]), psurf__get(c + 3 * e[3]), spot->r, spot->s);
+    }
+}
+
+/* du x dv at unit length; 0 where the two are parallel to working precision. The common case is one
+   cross product and one square root; extreme lengths take the scaled path. */
+static psurf__v3 psurf__unit_cross(psurf__v3 du, psurf__v3 dv)
+{
+    const psurf_real eps = sizeof(psurf_real) == 4 ? PSURF__R(4e-6) : PSURF__R(8e-15);
+    psurf__v3 n = psurf__cross(du, dv);
+    psurf_real q = psurf__dot(n, n), lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
+    if (!(lengths > PSURF__R(1e-20) && lengths < PSURF__R(1e20))) {
+        du = psurf__scaled(du);
+        dv = psurf__scaled(dv);
+        n = psurf__cross(du, dv);
+        q = psurf__dot(n, n);
+        lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
+    }
+    if (q <= eps * eps * lengths) return psurf__zero();
+    return psurf__mul(n, 1 / psurf__sqrt(q));
+}
+
+/* Moves a spot towards the middle of its domain. */
+static void psurf__move_inside(const psurf__kind_row *row, psurf__spot *spot, psurf_real by)
+{
+    const uint32_t count = row->sectors == 1 ? 4 : 3;
+    const psurf_real middle = row->sectors == 1 ? PSURF__R(0.5) : PSURF__R(1.0 / 3.0);
+    uint32_t k;
+    for (k = 0; k < count; k++) spot->w[k] = spot->w[k] + by * (middle - spot->w[k]);
+}
+
+/* The unit normal. Where du and dv are parallel, as on a crease of blend ratio 0, it is the one-sided
+   normal a little inside; 0 if there is none either. */
+static psurf__v3 psurf__normal(const psurf__view *view, const psurf_real *net, const psurf__spot *spot,
+                               const psurf__jet *jet)
+{
+    psurf__v3 n = psurf__unit_cross(jet->du, jet->dv);
+    psurf_real by = PSURF__R(1.0 / 1024.0);
+    psurf__spot inside;
+    psurf__jet near_by;
+    for (; psurf__dot(n, n) <= 0 && by < 1; by *= 16) {
+        inside = *spot;
+        psurf__move_inside(view->row, &inside, by);
+        view->row->jet(net, &inside, 0, &near_by);
+        n = psurf__unit_cross(near_by.du, near_by.dv);
+    }
+    return n;
+}
+
+/* ---- samples ---- */
+
+static psurf_real psurf__clamp(psurf_real x)
+{
+    if (!(x > 0)) return 0;                             /* NaN too */
+    return x < 1 ? x : PSURF__R(1);
+}
+
+/* A sample of any bytes as a face, a sector, and weights w as evaluators take them with d = 1. */
+typedef struct psurf__place {
+    uint32_t face, size, sector;
+    psurf_real w[4];
+} psurf__place;
+
+static psurf__place psurf__find_place(const psurf_topology *t, const psurf_sample *sample)
+{
+    psurf__place place;
+    psurf_real u = psurf__clamp(sample->u), v = psurf__clamp(sample->v), rest;
+    place.face = sample->face < t->info.faces ? sample->face : t->info.faces - 1;
+    place.size = psurf__face_size(t, place.face);
+    place.sector = place.size < 5 ? 0 : sample->sector < place.size ? sample->sector : place.size - 1;
+    place.w[3] = v;
+    if (place.size == 4) {
+        place.w[0] = 1 - u;
+        place.w[1] = u;
+        place.w[2] = 1 - v;
+        return place;
+    }
+    rest = 1 - u - v;
+    if (rest < 0) {                                     /* beyond the third side: back onto it */
+        psurf_real sum = u + v;
+        u = u / sum;
+        v = 1 - u;
+        rest = 0;
+    }
+    place.w[0] = place.size == 3 ? rest : u;
+    place.w[1] = place.size == 3 ? u : v;
+    place.w[2] = place.size == 3 ? v : rest;
+    return place;
+}
+
+/* Evaluates one sample; the jet has the derivatives of the patch. */
+static psurf__v3 psurf__eval_sample(const psurf_patches *p, const psurf_sample *sample, int second,
+                                    psurf__jet *jet)
+{
+    const psurf__place place = psurf__find_place(p->topology, sample);
+    const psurf__view view = psurf__view_facet(p, p->topology->face_facet[place.face]);
+    psurf_real store[PSURF__NET_REALS];
+    const psurf_real *net;
+    psurf__spot spot;
+    psurf__v3 n;
+    view.row->locate(view.turn, place.sector, place.w, 1, &spot);
+    net = view.row->net(view.points, spot.sector, store);
+    psurf__evaluate(&view, net, &spot, second, jet);
+    n = psurf__normal(&view, net, &spot, jet);
+    if (!second) jet->duu = jet->duv = jet->dvv = psurf__zero();
+    view.row->pull(&spot, view.turn, jet);
+    return n;
+}
+
+static void psurf__put_at(psurf_real *array, size_t stride, size_t index, psurf__v3 a)
+{
+    if (array) psurf__put(array + index * stride, a);
+}
+
+/* A byte stride in reals; 0 = tight. */
+static size_t psurf__stride(size_t bytes, size_t tight)
+{
+    return bytes ? bytes / sizeof(psurf_real) : tight;
+}
+
+PSURF_API void psurf_eval(const psurf_patches *patches, const psurf_sample *samples, uint32_t count,
+                          const psurf_points *out)
+{
+    const size_t stride = psurf__stride(out->stride, 3);
+    const int second = out->duu || out->duv || out->dvv;
+    uint32_t i;
+    if (!patches->topology->info.faces) return;
+    for (i = 0; i < count; i++) {
+        psurf__jet jet;
+        psurf__v3 n = psurf__eval_sample(patches, &samples[i], second, &jet);
+        psurf__put_at(out->p, stride, i, jet.p);
+        psurf__put_at(out->n, stride, i, n);
+        psurf__put_at(out->du, stride, i, jet.du);
+        psurf__put_at(out->dv, stride, i, jet.dv);
+        psurf__put_at(out->duu, stride, i, jet.duu);
+        psurf__put_at(out->duv, stride, i, jet.duv);
+        psurf__put_at(out->dvv, stride, i, jet.dvv);
+    }
+}
+
+/* >>7 TESSELLATION ============================================================================
+   Every face carries a lattice of integer points: (x, y) along corner 0 -> 1 and away from it, on faces
+   of five or more corners once per sector. A lattice point has a number in the output and weights for
+   the evaluators. */
+
+typedef struct psurf__lattice {
+    const psurf_topology *topology;
+    const psurf_corner *corners;        /* of the face */
+    uint32_t face, size, rate;
+    uint32_t edge_base;                 /* welded: number of the first edge sample */
+    uint64_t base;                      /* first vertex of the face; welded: its first inside */
+    int welded;
+} psurf__lattice;
+
+/* Points on all faces before one: so many per triangle, per quad, per sector, and one per centre. */
+static uint64_t psurf__points_before(const psurf_topology *t, uint32_t face, uint64_t per_triangle,
+                                     uint64_t per_quad, uint64_t per_sector, uint64_t per_centre)
+{
+    const psurf__start s = psurf__face_start(t, face);
+    const uint64_t sectors = s.corner - 3 * (uint64_t)s.triangles - 4 * (uint64_t)s.quads;
+    return s.triangles * per_triangle + s.quads * per_quad + sectors * per_sector +
+           (face - s.triangles - s.quads) * per_centre;
+}
+
+static uint64_t psurf__face_points_before(const psurf_topology *t, uint32_t face, uint64_t r)
+{
+    return psurf__points_before(t, face, (r + 1) * (r + 2) / 2, (r + 1) * (r + 1), r * (r + 1) / 2, 1);
+}
+
+static uint64_t psurf__insides_before(const psurf_topology *t, uint32_t face, uint64_t r)
+{
+    return psurf__points_before(t, face, r > 1 ? (r - 1) * (r - 2) / 2 : 0, (r - 1) * (r - 1),
+                                r * (r - 1) / 2, 1);
+}
+
+static uint64_t psurf__triangles_before(const psurf_topology *t, uint32_t face, uint64_t r)
+{
+    return psurf__points_before(t, face, r * r, 2 * r * r, r * r, 0);
+}
+
+static psurf__lattice psurf__face_lattice(const psurf_topology *t, uint32_t face, uint32_t rate,
+                                          int welded)
+{
+    const uint32_t facet = t->face_facet[face];
+    psurf__lattice l;
+    l.topology = t;
+    l.corners = t->corners + psurf__facet_corner(t, psurf__facet_kind(t, facet), facet);
+    l.face = face;
+    l.size = psurf__face_size(t, face);
+    l.rate = rate;
+    l.welded = welded;
+    l.edge_base = t->info.rings;
+    l.base = welded ? t->info.rings + (uint64_t)t->info.edges * (rate - 1) +
+                      psurf__insides_before(t, face, rate)
+                    : psurf__face_points_before(t, face, rate);
+    return l;
+}
+
+/* Number of the sample at step k of edge i, and whether this face writes it. */
+static uint32_t psurf__edge_vertex(const psurf__lattice *l, uint32_t i, uint32_t k, int *writes)
+{
+    const psurf_corner *corner = &l->corners[i];
+    const int forward = (corner->edge & PSURF_WRITER) != 0;
+    uint32_t edge;
+    if (k == 0 || k == l->rate) {
+        const uint32_t ring = (k ? &l->corners[psurf__following(i, l->size)] : corner)->ring;
+        *writes = (ring & PSURF_WRITER) != 0;
+        return ring & ~PSURF_WRITER;
+    }
+    edge = corner->edge & ~PSURF_WRITER;
+    *writes = forward;
+    return l->edge_base + edge * (l->rate - 1) + (forward ? k : l->rate - k) - 1;
+}
+
+/* Points in rows 0 .. y-1 where row 0 has n and each row one less. */
+static uint32_t psurf__rows(uint32_t y, uint32_t n)
+{
+    return (uint32_t)((uint64_t)y * n - (uint64_t)y * (y - 1) / 2 * (y > 0));
+}
+
+static uint32_t psurf__triangle_vertex(const psurf__lattice *l, uint32_t x, uint32_t y, int *writes)
+{
+    const uint32_t r = l->rate;
+    if (!l->welded) return (uint32_t)l->base + psurf__rows(y, r + 1) + x;
+    if (y == 0) return psurf__edge_vertex(l, 0, x, writes);
+    if (x + y == r) return psurf__edge_vertex(l, 1, y, writes);
+    if (x == 0) return psurf__edge_vertex(l, 2, r - y, writes);
+    return (uint32_t)l->base + psurf__rows(y - 1, r - 2) + x - 1;
+}
+
+static uint32_t psurf__quad_vertex(const psurf__lattice *l, uint32_t x, uint32_t y, int *writes)
+{
+    const uint32_t r = l->rate;
+    if (!l->welded) return (uint32_t)l->base + y * (r + 1) + x;
+    if (y == 0) return psurf__edge_vertex(l, 0, x, writes);
+    if (x == r) return psurf__edge_vertex(l, 1, y, writes);
+    if (y == r) return psurf__edge_vertex(l, 2, r - x, writes);
+    if (x == 0) return psurf__edge_vertex(l, 3, r - y, writes);
+    return (uint32_t)l->base + (y - 1) * (r - 1) + x - 1;
+}
+
+/* A sector owns its points with weight on its first corner: the line to the second belongs to the
+   next sector, the centre to none. */
+static uint32_t psurf__sector_vertex(const psurf__lattice *l, uint32_t sector, uint32_t x, uint32_t y,
+                                     int *writes)
+{
+    const uint32_t r = l->rate, first_row = l->welded ? 1 : 0;
+    const uint32_t per_sector = psurf__rows(r, r) - first_row * r;
+    if (l->welded && y == 0) return psurf__edge_vertex(l, sector, x, writes);
+    if (y == r) return (uint32_t)l->base + l->size * per_sector;
+    if (x + y == r) {
+        sector = psurf__following(sector, l->size);
+        x = 0;
+    }
+    return (uint32_t)l->base + sector * per_sector + psurf__rows(y, r) - first_row * r + x;
+}
+
+static uint32_t psurf__lattice_vertex(const psurf__lattice *l, uint32_t sector, uint32_t x, uint32_t y,
+                                      int *writes)
+{
+    *writes = 1;
+    if (l->size == 3) return psurf__triangle_vertex(l, x, y, writes);
+    if (l->size == 4) return psurf__quad_vertex(l, x, y, writes);
+    return psurf__sector_vertex(l, sector, x, y, writes);
+}
+
+static void psurf__lattice_weights(uint32_t size, uint32_t rate, uint32_t x, uint32_t y, psurf_real *w)
+{
+    if (size == 4) {
+        w[0] = PSURF__R(rate - x);
+        w[1] = PSURF__R(x);
+        w[2] = PSURF__R(rate - y);
+        w[3] = PSURF__R(y);
+    } else {
+        w[0] = PSURF__R(rate - x - y);
+        w[1] = PSURF__R(x);
+        w[2] = PSURF__R(y);
+    }
+}
+
+/* A facet with its nets, each made when it is first needed. */
+typedef struct psurf__nets {
+    psurf__view view;
+    const psurf_real *net[PSURF__MAX_SECTORS];
+    psurf_real store[PSURF__MAX_SECTORS][PSURF__NET_REALS];
+} psurf__nets;
+
+static void psurf__open_nets(psurf__nets *nets, const psurf_patches *p, uint32_t facet)
+{
+    uint32_t i;
+    nets->view = psurf__view_facet(p, facet);
+    for (i = 0; i < PSURF__MAX_SECTORS; i++) nets->net[i] = NULL;
+}
+
+/* Position and normal at lattice weights: what per-face and welded tessellation and checks share. */
+static void psurf__lattice_point(psurf__nets *nets, uint32_t sector, const psurf_real *w,
+                                 psurf_real rate, psurf__v3 *p, psurf__v3 *n)
+{
+    psurf__spot spot;
+    psurf__jet jet;
+    const psurf_real *net;
+    nets->view.row->locate(nets->view.turn, sector, w, rate, &spot);
+    net = nets->net[spot.sector];
+    if (!net) {
+        net = nets->view.row->net(nets->view.points, spot.sector, nets->store[spot.sector]);
+        nets->net[spot.sector] = net;
+    }
+    psurf__evaluate(&nets->view, net, &spot, 0, &jet);
+    *p = jet.p;
+    *n = psurf__normal(&nets->view, net, &spot, &jet);
+}
+
+static void psurf__write_vertex(const psurf__lattice *l, psurf__nets *nets, uint32_t sector, uint32_t x,
+                                uint32_t y, const psurf_tess_out *out)
+{
+    int writes;
+    const size_t index = psurf__lattice_vertex(l, sector, x, y, &writes) - out->first_vertex;
+    const psurf_real rate = PSURF__R(l->rate);
+    psurf_real w[4];
+    if (!writes) return;
+    psurf__lattice_weights(l->size, l->rate, x, y, w);
+    if (out->p || out->n) {
+        psurf__v3 p, n;
+        psurf__lattice_point(nets, sector, w, rate, &p, &n);
+        psurf__put_at(out->p, psurf__stride(out->p_stride, 3), index, p);
+        psurf__put_at(out->n, psurf__stride(out->n_stride, 3), index, n);
+    }
+    if (out->where) {
+        psurf_sample *where = &out->where[index];
+        where->face = l->face;
+        where->sector = sector;
+        where->u = (l->size < 5 ? PSURF__R(x) : w[0]) / rate;
+        where->v = (l->size < 5 ? PSURF__R(y) : w[1]) / rate;
+    }
+}
+
+static void psurf__write_vertices(const psurf__lattice *l, psurf__nets *nets, const psurf_tess_out *out)
+{
+    const uint32_t r = l->rate, sectors = l->size < 5 ? 1 : l->size;
+    uint32_t s, x, y;
+    for (s = 0; s < sectors; s++)
+        for (y = 0; y <= r; y++) {
+            const uint32_t row = l->size == 4 ? r + 1 : l->size == 3 ? r - y + 1 : r - y;
+            for (x = 0; x < row; x++) psurf__write_vertex(l, nets, s, x, y, out);
+        }
+    if (l->size >= 5) psurf__write_vertex(l, nets, 0, 0, r, out);
+}
+
+/* Indices go out one by one, in either width. */
+typedef struct psurf__indices {
+    const psurf__lattice *lattice;
+    uint32_t *wide;
+    uint16_t *narrow;
+    size_t at;
+    uint32_t first_vertex;
+} psurf__indices;
+
+static void psurf__write_index(psurf__indices *out, uint32_t sector, uint32_t x, uint32_t y)
+{
+    int writes;
+    const uint32_t vertex = psurf__lattice_vertex(out->lattice, sector, x, y, &writes);
+    if (out->wide) out->wide[out->at++] = vertex - out->first_vertex;
+    else out->narrow[out->at++] = (uint16_t)(vertex - out->first_vertex);
+}
+
+static void psurf__write_triangles(psurf__indices *out, uint32_t sector, uint32_t x, uint32_t y, int both,
+                                   int quad)
+{
+    psurf__write_index(out, sector, x, y);
+    psurf__write_index(out, sector, x + 1, y);
+    psurf__write_index(out, sector, quad ? x + 1 : x, y + 1);
+    if (!both) return;
+    psurf__write_index(out, sector, quad ? x : x + 1, quad ? y : y);
+    psurf__write_index(out, sector, x + 1, y + 1);
+    psurf__write_index(out, sector, x, y + 1);
+}
+
+static void psurf__write_indices(psurf__indices *out)
+{
+    const psurf__lattice *l = out->lattice;
+    const uint32_t r = l->rate, sectors = l->size < 5 ? 1 : l->size;
+    uint32_t s, x, y;
+    for (s = 0; s < sectors; s++)
+        for (y = 0; y < r; y++) {
+            const uint32_t cells = l->size == 4 ? r : r - y;
+            for (x = 0; x < cells; x++)
+                psurf__write_triangles(out, s, x, y, l->size == 4 || x + 1 < cells, l->size == 4);
+        }
+}
+
+PSURF_API psurf_result psurf_tessellate_size(const psurf_topology *topology,
+                                             const psurf_tess_desc *desc, uint32_t first_face,
+                                             uint32_t face_count, psurf_tess_span *span)
+{
+    const uint32_t known = PSURF_TESS_PER_FACE | PSURF_TESS_INDEX16;
+    uint64_t first = 0, end, first_index, end_index;
+    uint32_t faces, first_f, end_f;
+    if (!topology || !desc || !span || desc->_start_canary || desc->_end_canary || desc->rate < 1 ||
+        desc->rate > PSURF_MAX_RATE || (desc->flags & ~known)) return PSURF_BAD_DESC;
+    faces = topology->info.faces;
+    first_f = first_face < faces ? first_face : faces;
+    end_f = psurf__range_end(first_f, face_count, faces);
+    if (desc->flags & PSURF_TESS_PER_FACE) {
+        first = psurf__face_points_before(topology, first_f, desc->rate);
+        end = psurf__face_points_before(topology, end_f, desc->rate);
+    } else {
+        end = topology->info.rings + (uint64_t)topology->info.edges * (desc->rate - 1) +
+              psurf__insides_before(topology, faces, desc->rate);
+    }
+    first_index = 3 * psurf__triangles_before(topology, first_f, desc->rate);
+    end_index = 3 * psurf__triangles_before(topology, end_f, desc->rate);
+    if (end > 0xFFFFFFFFu || end_index > SIZE_MAX / sizeof(uint32_t) ||
+        ((desc->flags & PSURF_TESS_INDEX16) && end - first > 0xFFFFu)) return PSURF_TOO_LARGE;
+    span->first_vertex = (uint32_t)first;
+    span->vertex_count = (uint32_t)(end - first);
+    span->first_index = (size_t)first_index;
+    span->index_count = (size_t)(end_index - first_index);
+    return PSURF_OK;
+}
+
+PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psurf_tess_desc *desc,
+                                        uint32_t first_face, uint32_t face_count,
+                                        const psurf_tess_out *out)
+{
+    psurf_tess_span span;
+    psurf_result result;
+    uint32_t f, end;
+    if (!patches || !out || out->p_stride % sizeof(psurf_real) || out->n_stride % sizeof(psurf_real))
+        return PSURF_BAD_DESC;
+    result = psurf_tessellate_size(patches->topology, desc, first_face, face_count, &span);
+    if (result != PSURF_OK) return result;
+    if (out->first_vertex > span.first_vertex || out->first_index > span.first_index)
+        return PSURF_BAD_DESC;
+    if ((desc->flags & PSURF_TESS_INDEX16) &&
+        (uint64_t)span.first_vertex + span.vertex_count - out->first_vertex > 0xFFFFu)
+        return PSURF_TOO_LARGE;
+    end = psurf__range_end(first_face, face_count, patches->topology->info.faces);
+    for (f = first_face; f < end; f++) {
+        const psurf__lattice lattice = psurf__face_lattice(patches->topology, f, desc->rate,
+                                                           !(desc->flags & PSURF_TESS_PER_FACE));
+        if (out->p || out->n || out->where) {
+            psurf__nets nets;
+            psurf__open_nets(&nets, patches, patches->topology->face_facet[f]);
+            psurf__write_vertices(&lattice, &nets, out);
+        }
+        if (out->indices) {
+            psurf__indices to;
+            to.lattice = &lattice;
+            to.wide = (desc->flags & PSURF_TESS_INDEX16) ? NULL : (uint32_t *)out->indices;
+            to.narrow = (uint16_t *)out->indices;
+            to.at = (size_t)(3 * psurf__triangles_before(patches->topology, f, desc->rate)) -
+                    out->first_index;
+            to.first_vertex = out->first_vertex;
+            psurf__write_indices(&to);
+        }
+    }
+    return PSURF_OK;
+}
+
+PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sample *samples,
+                                 uint32_t count, const float *corner_values, uint32_t width, float *out)
+{
+    const psurf_topology *t = topology;
+    uint32_t i, c, k;
+    if (!t->info.faces) return;
+    for (i = 0; i < count; i++) {
+        const psurf__place place = psurf__find_place(t, &samples[i]);
+        const float *values = corner_values + (size_t)psurf__face_start(t, place.face).corner * width;
+        const psurf_real *w = place.w;
+        for (k = 0; k < width; k++) {
+            psurf_real sum = 0;
+            for (c = 0; c < place.size; c++) {
+                psurf_real weight;
+                if (place.size == 3) weight = w[c];
+                else if (place.size == 4) weight = (c == 1 || c == 2 ? w[1] : w[0]) * w[c < 2 ? 2 : 3];
+                else {
+                    weight = w[2] / PSURF__R(place.size);
+                    if (c == place.sector) weight += w[0];
+                    if (c == psurf__following(place.sector, place.size)) weight += w[1];
+                }
+                sum += weight * PSURF__R(values[(size_t)c * width + k]);
+            }
+            out[(size_t)i * width + k] = (float)sum;
+        }
+    }
+}
+
+/* >>8 INTERROGATION ===========================================================================
+   Curvature, gaps and normal jumps, bounds: reads what the chapters before made. */
+
+PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample *samples,
+                               uint32_t count, psurf_real *gauss, psurf_real *mean)
+{
+    uint32_t i;
+    if (!patches->topology->info.faces) return;
+    for (i = 0; i < count; i++) {
+        psurf__jet j;
+        psurf__v3 normal = psurf__eval_sample(patches, &samples[i], 1, &j);
+        psurf_real e = psurf__dot(j.du, j.du), f = psurf__dot(j.du, j.dv), g = psurf__dot(j.dv, j.dv);
+        psurf_real l = psurf__dot(j.duu, normal), m = psurf__dot(j.duv, normal);
+        psurf_real n = psurf__dot(j.dvv, normal), area = e * g - f * f;
+        const int exists = j.curved && area > 0 && psurf__dot(normal, normal) > 0;
+        const psurf_real zero = 0;
+        if (gauss) gauss[i] = exists ? (l * n - m * m) / area : zero / zero;
+        if (mean) mean[i] = exists ? (e * n - 2 * (f * m) + g * l) / (2 * area) : zero / zero;
+    }
+}
+
+/* Facet, edge and kind of a corner of the facet tables. */
+static uint32_t psurf__corner_facet(const psurf_topology *t, uint32_t corner, uint32_t *edge)
+{
+    uint32_t k = 0, place;
+    while (corner >= t->kind_first_corner[k + 1]) k++;
+    place = corner - t->kind_first_corner[k];
+    *edge = place % psurf__kind_sides((psurf_kind)k);
+    return t->kind_first[k] + place / psurf__kind_sides((psurf_kind)k);
+}
+
+/* One side of an edge under check. */
+typedef struct psurf__side {
+    psurf__nets nets;
+    uint32_t facet, first, size, edge;
+} psurf__side;
+
+static void psurf__open_side(psurf__side *side, const psurf_patches *p, uint32_t corner)
+{
+    side->facet = psurf__corner_facet(p->topology, corner, &side->edge);
+    side->first = corner - side->edge;
+    side->size = psurf__kind_sides(psurf__facet_kind(p->topology, side->facet));
+    psurf__open_nets(&side->nets, p, side->facet);
+}
+
+/* Position and normal at step k of the side's edge, from its own first corner. */
+static void psurf__side_point(psurf__side *side, uint32_t rate, uint32_t k, psurf__v3 *p, psurf__v3 *n)
+{
+    const uint32_t e = side->edge, l = rate - k;
+    psurf_real w[4];
+    if (side->size == 4) {
+        const uint32_t x = e == 0 ? k : e == 1 ? rate : e == 2 ? l : 0;
+        const uint32_t y = e == 0 ? 0 : e == 1 ? k : e == 2 ? rate : l;
+        psurf__lattice_weights(4, rate, x, y, w);
+    } else if (side->size == 3) {
+        w[e] = PSURF__R(l);
+        w[(e + 1) % 3] = PSURF__R(k);
+        w[(e + 2) % 3] = 0;
+    } else {
+        psurf__lattice_weights(side->size, rate, k, 0, w);
+    }
+    psurf__lattice_point(&side->nets, e, w, PSURF__R(rate), p, n);
+}
+
+static psurf__v3 psurf__corner_position(const psurf_topology *t, const psurf__control *control,
+                                        uint32_t corner)
+{
+    return psurf__position(control, t->rings[t->corners[corner].ring & ~PSURF_WRITER].point);
+}
+
+/* Whether a face has a corner of less than half a degree. */
+static int psurf__has_needle(const psurf_topology *t, const psurf__control *control,
+                             const psurf__side *side)
+{
+    const psurf_real tangent = PSURF__R(0.0087268677907587893);
+    uint32_t i;
+    for (i = 0; i < side->size; i++) {
+        psurf__v3 p = psurf__corner_position(t, control, side->first + i);
+        psurf__v3 a = psurf__corner_position(t, control, side->first + psurf__following(i, side->size));
+        psurf__v3 b = psurf__corner_position(t, control, side->first + psurf__preceding(i, side->size));
+        psurf__v3 n;
+        psurf_real dot;
+        a = psurf__scaled(psurf__sub(a, p));
+        b = psurf__scaled(psurf__sub(b, p));
+        n = psurf__cross(a, b);
+        dot = psurf__dot(a, b);
+        if (dot >= 0 && psurf__dot(n, n) <= tangent * tangent * (dot * dot)) return 1;
+    }
+    return 0;
+}
+
+static psurf_real psurf__distance(psurf__v3 a, psurf__v3 b)
+{
+    psurf__v3 d = psurf__sub(a, b);
+    return psurf__sqrt(psurf__dot(d, d));
+}
+
+static psurf_real psurf__mesh_diagonal(const psurf_topology *t, const psurf__control *control)
+{
+    psurf__v3 low = psurf__zero(), high = psurf__zero();
+    uint32_t r;
+    for (r = 0; r < t->info.rings; r++) {
+        psurf__v3 p = psurf__position(control, t->rings[r].point);
+        if (r == 0) low = high = p;
+        if (p.x < low.x) low.x = p.x;
+        if (p.y < low.y) low.y = p.y;
+        if (p.z < low.z) low.z = p.z;
+        if (p.x > high.x) high.x = p.x;
+        if (p.y > high.y) high.y = p.y;
+        if (p.z > high.z) high.z = p.z;
+    }
+    return psurf__distance(low, high);
+}
+
+static int psurf__same_bits(psurf__v3 a, psurf__v3 b)
+{
+    union { psurf__v3 v; unsigned char bytes[sizeof(psurf__v3)]; } x, y;
+    size_t i;
+    x.v = a;
+    y.v = b;
+    for (i = 0; i < sizeof(psurf__v3); i++)
+        if (x.bytes[i] != y.bytes[i]) return 0;
+    return 1;
+}
+
+/* Angle between unit normals in degrees, from their chord: exact for small angles too. */
+static double psurf__angle(psurf__v3 a, psurf__v3 b)
+{
+    double x = (double)a.x - (double)b.x, y = (double)a.y - (double)b.y, z = (double)a.z - (double)b.z;
+    double half = PSURF_SQRT(x * x + y * y + z * z) / 2;
+    return 2 * psurf__asin(half < 1 ? half : 1) * 57.295779513082320877;
+}
+
+static void psurf__check_edge(const psurf_patches *patches, const psurf__control *control,
+                              psurf_real shortest, uint32_t rate, uint32_t edge, psurf_check_result *r)
+{
+    const psurf_topology *t = patches->topology;
+    const psurf_corner *ends[2];
+    psurf__side a, b;
+    uint32_t k;
+    int sharp, degenerate;
+    psurf__open_side(&a, patches, t->edges[edge].corner);
+    psurf__open_side(&b, patches, t->edges[edge].other);
+    ends[0] = &t->corners[t->edges[edge].corner];
+    ends[1] = &t->corners[t->edges[edge].other];
+    sharp = control->blends && (control->blends[ends[0]->spoke] <= 0 ||
+                                control->blends[ends[1]->spoke] <= 0);
+    degenerate = psurf__has_needle(t, control, &a) || psurf__has_needle(t, control, &b) ||
+        psurf__distance(psurf__corner_position(t, control, t->edges[edge].corner),
+                        psurf__corner_position(t, control, t->edges[edge].other)) < shortest;
+    r->sharp_edges += (uint32_t)sharp;
+    for (k = 0; k <= rate; k++) {
+        psurf__v3 p, q, m, n;
+        double angle;
+        psurf__side_point(&a, rate, k, &p, &m);
+        psurf__side_point(&b, rate, rate - k, &q, &n);
+        r->samples++;
+        r->cracks += !psurf__same_bits(p, q);
+        if (!psurf__finite3(p) || !psurf__finite3(q) || !psurf__finite3(m) || !psurf__finite3(n)) {
+            r->nonfinite++;
+            continue;
+        }
+        if (sharp) continue;
+        if (degenerate || psurf__dot(m, m) <= 0 || psurf__dot(n, n) <= 0) {
+            r->degenerate++;
+            continue;
+        }
+        angle = psurf__angle(m, n);
+        if (angle > r->max_normal_deg || r->worst_edge == PSURF_NONE) {
+            r->max_normal_deg = angle;
+            r->worst_edge = edge;
+            r->worst_face = t->facets[a.facet].face;
+        }
+    }
+}
+
+PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_construct_desc *desc,
+                                   uint32_t rate, uint32_t first_edge, uint32_t edge_count,
+                                   psurf_check_result *result)
+{
+    const psurf_check_result none = {0, 0, 0, 0, 0, PSURF_NONE, PSURF_NONE, 0};
+    psurf__control control;
+    psurf_real shortest;
+    uint32_t e, end;
+    if (!patches || !result || !psurf__construct_desc_ok(desc) || rate < 1 || rate > PSURF_MAX_RATE)
+        return PSURF_BAD_DESC;
+    *result = none;
+    control = psurf__control_of(patches->topology, desc);
+    shortest = PSURF__R(1e-5) * psurf__mesh_diagonal(patches->topology, &control);
+    end = psurf__range_end(first_edge, edge_count, patches->topology->info.edges);
+    for (e = first_edge; e < end; e++)
+        psurf__check_edge(patches, &control, shortest, rate, e, result);
+    return PSURF_OK;
+}
+
+static void psurf__grow(psurf_real *box, const psurf_real *points, uint32_t count)
+{
+    uint32_t i, k;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3; k++) {
+            const psurf_real x = points[3 * i + k];
+            if (x < box[k]) box[k] = x;
+            if (x > box[k + 3]) box[k + 3] = x;
+        }
+}
+
+PSURF_API void psurf_bounds(const psurf_patches *patches, uint32_t first_face, uint32_t face_count,
+                            psurf_real *min_max)
+{
+    const psurf_topology *t = patches->topology;
+    const uint32_t end = psurf__range_end(first_face, face_count, t->info.faces);
+    const psurf_real eps = sizeof(psurf_real) == 4 ? PSURF__R(1e-6) : PSURF__R(2e-15);
+    uint32_t f, i, k;
+    for (f = first_face; f < end; f++) {
+        const psurf__view view = psurf__view_facet(patches, t->face_facet[f]);
+        psurf_real *box = min_max + 6 * (size_t)(f - first_face), store[PSURF__NET_REALS], size = 0;
+        for (k = 0; k < 6; k++) box[k] = view.points[k % 3];
+        for (i = 0; i < view.row->sectors; i++)
+            psurf__grow(box, view.row->net(view.points, i, store), view.row->net_points);
+        for (k = 0; k < 6; k++)
+            if (psurf__abs(box[k]) > size) size = psurf__abs(box[k]);
+        for (k = 0; k < 6; k++) box[k] += (k < 3 ? -eps : eps) * size;         /* for rounding */
+    }
+}
+
+/* >>9 ALL AT ONCE, AND BUILD FACTS ============================================================ */
+
+static psurf_result psurf__make_smooth(const psurf_topology *t, const psurf_mesh_desc *desc,
+                                       const psurf_patches *patches, uint32_t rate,
+                                       psurf_smooth_mesh *mesh)
+{
+    psurf_tess_desc tess = {0, 0, 0, 0};
+    psurf_construct_desc construct = {0, NULL, 0, NULL, 0};
+    psurf_tess_span span;
+    psurf_tess_out out = {NULL, NULL, 0, 0, NULL, NULL, 0, 0};
+    psurf__block block = {NULL, 0};
+    psurf_result result;
+    int round;
+    tess.rate = rate;
+    construct.positions = desc->positions;
+    construct.position_stride = desc->position_stride;
+    result = psurf_construct(patches, &construct);
+    if (result == PSURF_OK) result = psurf_tessellate_size(t, &tess, 0, PSURF_NONE, &span);
+    for (round = 0; round < 2 && result == PSURF_OK; round++) {         /* measure, then carve */
+        block.used = 0;
+        mesh->positions = PSURF__CARVE(&block, psurf_real, 3 * (uint64_t)span.vertex_count);
+        mesh->normals = PSURF__CARVE(&block, psurf_real, 3 * (uint64_t)span.vertex_count);
+        mesh->indices = PSURF__CARVE(&block, uint32_t, span.index_count);
+        mesh->where = PSURF__CARVE(&block, psurf_sample, span.vertex_count);
+        if (block.base) break;
+        mesh->bytes = block.used ? block.used : 1;
+        if (block.used == SIZE_MAX) result = PSURF_TOO_LARGE;
+        else block.base = (char *)mesh->allocator.alloc(mesh->allocator.ctx, mesh->bytes, 16);
+        if (result == PSURF_OK && !block.base) result = PSURF_OUT_OF_MEMORY;
+    }
+    if (result != PSURF_OK) return result;
+    mesh->vertex_count = span.vertex_count;
+    mesh->index_count = span.index_count;
+    out.p = mesh->positions;
+    out.n = mesh->normals;
+    out.indices = mesh->indices;
+    out.where = mesh->where;
+    return psurf_tessellate(patches, &tess, 0, PSURF_NONE, &out);
+}
+
+PSURF_API psurf_result psurf_smooth(const psurf_mesh_desc *desc, uint32_t rate,
+                                    psurf_smooth_mesh *mesh, psurf_error *error)
+{
+    const psurf_smooth_mesh none = {0, 0, NULL, NULL, NULL, NULL, 0, {NULL, NULL, NULL}};
+    psurf_topology *t = NULL;
+    psurf_patches patches;
+    psurf_result result = PSURF_BAD_DESC;
+    if (error) *error = psurf__no_error(PSURF_BAD_DESC);
+    if (!mesh) return result;
+    *mesh = none;
+    if (!desc || !desc->positions || rate < 1 || rate > PSURF_MAX_RATE) return result;
+    result = psurf_topology_create(desc, &t, error);
+    if (result != PSURF_OK) return result;
+    mesh->allocator = t->allocator;
+    result = psurf_patches_size(t, PSURF_PM, &patches.layout);
+    if (result == PSURF_OK) {
+        const size_t patch_bytes = patches.layout.patch_bytes, scratch_bytes = patches.layout.scratch_bytes;
+        psurf__block block = {NULL, 0};
+        size_t bytes;
+        psurf__carve(&block, patch_bytes, 1, 256);
+        psurf__carve(&block, scratch_bytes, 1, 256);
+        bytes = block.used ? block.used : 1;
+        block.base = bytes == SIZE_MAX ? NULL : (char *)t->allocator.alloc(t->allocator.ctx, bytes, 16);
+        block.used = 0;
+        if (!block.base) result = bytes == SIZE_MAX ? PSURF_TOO_LARGE : PSURF_OUT_OF_MEMORY;
+        else {
+            void *patch_memory = psurf__carve(&block, patch_bytes, 1, 256);
+            void *scratch = psurf__carve(&block, scratch_bytes, 1, 256);
+            result = psurf_patches_bind(&patches, t, PSURF_PM, patch_memory, scratch);
+            if (result == PSURF_OK) result = psurf__make_smooth(t, desc, &patches, rate, mesh);
+            t->allocator.release(t->allocator.ctx, block.base, bytes);
+        }
+    }
+    if (result != PSURF_OK) *mesh = none;
+    if (error) *error = psurf__no_error(result);
+    psurf_topology_destroy(t);
+    return result;
+}
+
+PSURF_API void psurf_smooth_free(psurf_smooth_mesh *mesh)
+{
+    const psurf_smooth_mesh none = {0, 0, NULL, NULL, NULL, NULL, 0, {NULL, NULL, NULL}};
+    if (!mesh) return;
+    if (mesh->positions) mesh->allocator.release(mesh->allocator.ctx, mesh->positions, mesh->bytes);
+    *mesh = none;
+}
+
+PSURF_API const char *psurf_result_string(psurf_result result)
+{
+    static const char *const text[PSURF_RESULT_COUNT] = {
+#define PSURF__X(name, text) text,
+        PSURF_RESULTS(PSURF__X)
+#undef PSURF__X
+    };
+    return (uint32_t)result < PSURF_RESULT_COUNT ? text[result] : "unknown result";
+}
+
+PSURF_API const char *psurf_scheme_name(psurf_scheme scheme)
+{
+    return (uint32_t)scheme < PSURF_SCHEME_COUNT ? psurf__schemes[scheme].name : NULL;
+}
+
+PSURF_API const char *psurf_kind_name(psurf_kind kind)
+{
+    return (uint32_t)kind < PSURF_KIND_COUNT ? psurf__kinds[kind].name : NULL;
+}
+
+PSURF_API uint32_t psurf_version(void) { return PSURF_VERSION; }
+
+PSURF_API uint32_t psurf_abi(void) { return (uint32_t)PSURF_VERSION << 8 | (uint32_t)sizeof(psurf_real); }
+
+/* Asks the arithmetic itself, through volatile values that no compiler can fold. */
+PSURF_API int psurf_exact(void)
+{
+#ifdef __FAST_MATH__
+    return 0;
+#else
+    const int narrow = sizeof(psurf_real) == 4;
+    volatile psurf_real one = 1, small = PSURF__R(narrow ? 1.0 / 4096 : 1.0 / 134217728);
+    volatile psurf_real tiny = PSURF__R(narrow ? 1.17549435e-38 : 2.2250738585072014e-308), half, sum;
+    psurf_real square = 1 + small;
+    volatile psurf_real minus = -(1 + 2 * small);
+    sum = square * square + minus;                      /* small^2 if fused, 0 if rounded between */
+    if (sum > 0 || sum < 0) return 0;
+    sum = one + small * small / 2;                      /* beyond the last place: lost, */
+    sum = (one + small * small / 2) - one;              /* unless registers are wider (x87) */
+    if (sum > 0) return 0;
+    half = tiny / 2;                                    /* subnormal: 0 under FTZ */
+    sum = half * 2;                                     /* 0 under DAZ */
+    return half > 0 && sum >= tiny;
+#endif
+}
+
+#undef PSURF__R
+#undef PSURF__CARVE
+#undef PSURF__ASSERT_SIZE
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(pop)
+#endif
+#pragma STDC FP_CONTRACT DEFAULT
+#elif defined(__GNUC__)
+#pragma GCC pop_options
+#elif defined(_MSC_VER)
+#pragma float_control(pop)
+#endif
+#endif /* PSURF_IMPLEMENTATION */
