@@ -1,3 +1,165 @@
+/* patchsurf.h - v0.1.0 - smooth surfaces from polygon meshes, at run time. MIT or public domain.
+
+   A polygon mesh goes in; smooth patches come out, one per face, without refinement; and from them
+   points, normals, derivatives and curvature. One file, C99 or C++11, no dependency but sqrt.
+
+   Do this, in one C or C++ file of your program:
+
+       #define PSURF_IMPLEMENTATION
+       #include "patchsurf.h"
+
+   and include "patchsurf.h" without the define wherever else you need it.
+
+   >>docs ========================================================================================
+
+   CONTENTS            search for    what it is
+     manual            >>docs        this text
+     API               >>api         every type and call, in the order data flows
+     1 arithmetic      >>1           points as values, own cosines
+     2 memory          >>2           allocator, blocks
+     3 topology        >>3           faces in, tables out: half-edges, rings, kinds of facet
+     4 vertex data     >>4           limit points, tangent points, face points
+     5 schemes         >>5           control points: pm
+     6 evaluators      >>6           points and derivatives of each kind of patch
+     7 tessellation    >>7           lattices, numbering, triangles
+     8 interrogation   >>8           curvature, gaps, bounds
+     9 all at once     >>9           the one-call way; facts about this build
+
+   A COMPLETE PROGRAM (cc program.c -lm), which prints a smooth cube as a Wavefront OBJ:
+
+       #define PSURF_IMPLEMENTATION
+       #include "patchsurf.h"
+       #include <stdio.h>
+       int main(void)
+       {
+           static const float position[8][3] = {{-1,-1,-1}, {1,-1,-1}, {1,1,-1}, {-1,1,-1},
+                                                {-1,-1,1}, {1,-1,1}, {1,1,1}, {-1,1,1}};
+           static const uint32_t face[6][4] = {{3,2,1,0}, {4,5,6,7}, {0,1,5,4},
+                                               {1,2,6,5}, {2,3,7,6}, {3,0,4,7}};
+           psurf_mesh_desc desc = {0};
+           psurf_smooth_mesh mesh;
+           psurf_error error;
+           desc.vertex_count = 8;
+           desc.face_count = 6;
+           desc.uniform_size = 4;
+           desc.face_vertices = face[0];
+           desc.positions = position[0];
+           if (psurf_smooth(&desc, 16, &mesh, &error) != PSURF_OK)
+               return fprintf(stderr, "face %u: %s\n", (unsigned)error.face, error.message), 1;
+           for (uint32_t i = 0; i < 3 * mesh.vertex_count; i += 3)
+               printf("v %g %g %g\n", mesh.positions[i], mesh.positions[i + 1],
+                      mesh.positions[i + 2]);
+           for (size_t i = 0; i < mesh.index_count; i += 3)
+               printf("f %u %u %u\n", mesh.indices[i] + 1u, mesh.indices[i + 1] + 1u,
+                      mesh.indices[i + 2] + 1u);
+           psurf_smooth_free(&mesh);
+           return 0;
+       }
+
+   IN AN ENGINE. The same in the stages that run at different times:
+
+       psurf_topology_create(&desc, &topology, &error);         once per connectivity; allocates
+       psurf_patches_size(topology, PSURF_PM, &layout);         how much memory the patches take
+       psurf_patches_bind(&patches, topology, PSURF_PM, memory, scratch);
+       psurf_construct(&patches, &frame);                       every frame: positions, patches
+       psurf_tessellate(&patches, &tess, 0, face_count, &out);  triangles of any range of faces, or
+       psurf_eval(&patches, samples, count, &points);           points anywhere, with derivatives
+
+   CONCEPTS
+     mesh --> topology --> vertex data --> patches --> points
+     * topology: all that follows from connectivity alone. Validated here and nowhere else;
+       immutable afterwards, shared between threads and frames. A face is an input polygon, a facet
+       what carries a patch. A ring is a vertex with the fan of facets around it; a spoke is an edge
+       seen from one of its ends. A vertex where two fans touch has two rings.
+     * vertex data: per ring and spoke, in scratch memory that may be reused between meshes.
+     * patches: one per facet, one tight array per kind:
+         bicubic  quad whose corners all have four edges: C2 with its like on regular regions
+         polar    triangle of a fan whose outer vertices have four edges: poles of any valence
+         p3 4 5   every other triangle, quad, pentagon: sectors of degree 4 round a centre
+       All meet G1, with one normal along every edge. On a regular quad mesh the surface is the
+       uniform bicubic B-spline, and everywhere else close to the Catmull-Clark limit, not equal.
+     * parameters: a triangle has the weights (u, v) of corners 1 and 2, a quad the unit square, a
+       face of five or more corners a sector number and the weights of the sector's two corners.
+       Derivatives are with respect to these.
+     * rate: segments per edge. All faces of a tessellation have the same rate.
+     * blend ratio, per end of an edge: 2/3 is the default, towards 0 the edge becomes sharp, 1 is
+       softer. Exactly 0 is a crease: normals on it are one-sided, and positions still meet.
+
+   INPUT RULES
+     * Faces counter-clockwise seen from outside, 3 to 5 corners, no vertex twice in a face.
+     * Every edge belongs to two faces, which run along it in opposite directions.
+     * Interior vertices have three edges or more. Vertices without faces are ignored; several
+       components, and fans that touch at a vertex, are fine.
+     * Positions may be anything finite. Non-finite ones spread to the points they reach, never into
+       an index; give desc.positions to have them refused.
+     * Not in this version, refused with PSURF_UNSUPPORTED: open boundaries, faces of six or more
+       corners, vertices with two edges.
+
+   ERRORS. Calls that can fail return a psurf_result; psurf_topology_create and psurf_smooth also
+   say where. The library never asserts, prints, aborts, or sets errno.
+     PSURF_OK             all is well
+     PSURF_BAD_DESC       a canary or unknown flag is set (the struct was not zero-initialised), a
+                          pointer that must be there is NULL or misaligned, a stride is no multiple
+                          of the size of a real, one allocator function without the other, a rate
+                          or default blend ratio out of range. No location.
+     PSURF_BAD_INDEX      a face names a vertex >= vertex_count: face, corner, vertex
+     PSURF_BAD_FACE       fewer than 3 or more than 65535 corners: face. A vertex twice: face,
+                          corner, vertex
+     PSURF_BAD_EDGE       a tag on no edge of the mesh, a second tag on an edge, unknown flags, a
+                          blend ratio outside 0..1: vertex and other are the tag's
+     PSURF_BAD_WINDING    two faces run along an edge the same way: face, corner where the edge
+                          starts in the later one, vertex, other
+     PSURF_NON_MANIFOLD   an edge of three faces: face and corner of the third, vertex, other
+     PSURF_NOT_FINITE     desc.positions has an infinity or NaN: vertex
+     PSURF_TOO_LARGE      2^31 corners or vertices, 2^24 edges at a vertex, sizes or numbers beyond
+                          what memory, 32-bit or 16-bit indices can hold
+     PSURF_OUT_OF_MEMORY  the allocator returned NULL; nothing is leaked
+     PSURF_UNSUPPORTED    see INPUT RULES: face (too many corners), face, corner, vertex, other (an
+                          edge with one face), or vertex (two edges)
+
+   MEMORY. psurf_topology_create allocates twice and keeps one block; psurf_smooth allocates four
+   times and keeps one block; nothing else allocates. Patches and scratch are the caller's: sizes
+   first, memory after, mapped GPU memory included. Stack use stays below 8 KB; no recursion.
+
+   THREADS. No mutable globals. A topology may be used by any number of threads. Construction passes
+   and tessellation run over ranges: give each job its own range; between two passes wait for all
+   jobs. Any split gives the same bits.
+
+   DETERMINISM. The same input gives the same bits with gcc and clang at any optimisation level,
+   -march=native included, as C or C++, on 32- and 64-bit machines, little- and big-endian, with any
+   split into ranges. The implementation switches contraction off for itself by pragmas that it
+   restores at its end; it uses no libm function but sqrt, and one order of operations. Positions on
+   a shared edge are bit-identical from both faces: every facet boundary is one cubic, evaluated by
+   one function that is symmetric in its ends. Normals from two sides agree to rounding: displace
+   along welded normals.
+   Excluded: clang's -ffast-math and -ffp-contract=fast, which override the pragmas; x87 arithmetic
+   (use -msse2 -mfpmath=sse); FTZ/DAZ modes; the payload of NaNs. psurf_exact() tells.
+
+   THE GPU. Tables (psurf_topology_tables) and patches upload as they are: arrays of 32-bit words
+   and tight floats. Their sizes are asserted at compile time; PSURF_TABLE_VERSION counts changes.
+
+   LIMITS. Corners and vertices below 2^31, faces of 3 to 5 corners, valence up to 16777215 (one
+   ring is one item of work: split ranges do not divide it), rate 1 to 16384, tessellations below
+   2^32 vertices.
+
+   COMPILE-TIME OPTIONS, the same in every file that includes the header:
+     PSURF_IMPLEMENTATION  in one file: the code
+     PSURF_STATIC          everything static: several files may have copies of their own
+     PSURF_API             storage class and attributes of the calls (default: extern)
+     PSURF_REAL            float (default) or double, for tests and reports
+     PSURF_NO_STDLIB       no malloc: every descriptor needs an allocator
+     PSURF_SQRT(x)         square root of a double, correctly rounded (default: sqrt of <math.h>)
+
+   SECURITY. psurf_topology_create and psurf_smooth take hostile meshes, psurf_eval and
+   psurf_interpolate hostile samples: any bytes give a result or a result code. Pointers, counts and
+   strides of the caller's own arrays are trusted.
+
+   SOURCES. [PM] A. Myles, T. Ni, J. Peters: Fast Parallel Construction of Smooth Surfaces from
+   Meshes with Tri/Quad/Pent Facets, Symposium on Geometry Processing 2008. "eq." is its equation.
+
+   LICENSE. MIT or public domain, your choice; the text is at the end of this file.
+*/
+
 /* >>api ======================================================================================= */
 
 #ifndef PSURF_H_INCLUDED
@@ -9,8 +171,9 @@
 #define PSURF_VERSION_MAJOR 0
 #define PSURF_VERSION_MINOR 1
 #define PSURF_VERSION_PATCH 0
-#define PSURF_VERSION (PSURF_VERSION_MAJOR * 10000 + PSURF_VERSION_MINOR * 100 + PSURF_VERSION_PATCH)
-#define PSURF_TABLE_VERSION 1u          /* of the structs that the GPU reads, psurf_ring to psurf_trig */
+#define PSURF_VERSION \
+    (PSURF_VERSION_MAJOR * 10000 + PSURF_VERSION_MINOR * 100 + PSURF_VERSION_PATCH)
+#define PSURF_TABLE_VERSION 1u     /* of the structs that the GPU reads, psurf_ring to psurf_trig */
 
 #ifndef PSURF_REAL
 #define PSURF_REAL float
@@ -40,7 +203,7 @@ typedef struct psurf_topology psurf_topology;   /* opaque, immutable, shareable 
 #define PSURF_MAX_FACE_SIZE 65535u              /* corners of a face */
 #define PSURF_MAX_VALENCE 16777215u             /* edges at a vertex */
 
-/* Every result of the library: code, and what it says. The manual's ERRORS tells what provokes it. */
+/* Every result: code, and what it says. The manual's ERRORS tells what provokes each. */
 #define PSURF_RESULTS(X)                                                                           \
     X(OK,            "ok")                                                                         \
     X(BAD_DESC,      "descriptor is inconsistent or was not zero-initialised")                     \
@@ -82,7 +245,7 @@ typedef enum psurf_scheme { PSURF_PM, PSURF_SCHEME_COUNT } psurf_scheme;
 /* The kinds of patch, in the order of their blocks in memory. Points stored per patch: 16, 13, 19,
    25, 31. Their order within a patch:
      bicubic  g_ij at 4*j+i; i along corner 0 -> 1, j along corner 0 -> 3
-     polar    h_ij at 4*j+i for j = 0, 1, 2; i along the base A -> B, j towards the pole; then the pole
+     polar    h_ij at 4*j+i for j = 0, 1, 2; i along the base A -> B, j to the pole; then the pole
      p3 4 5   per sector i: v^i, t0^i, t1^(i+1), b211^i, b121^i, b112^i; last b004, the centre */
 typedef enum psurf_kind {
     PSURF_BICUBIC, PSURF_POLAR, PSURF_P3, PSURF_P4, PSURF_P5, PSURF_KIND_COUNT
@@ -97,21 +260,21 @@ enum { PSURF_DEFAULT_BLEND = 1u };      /* psurf_mesh_desc.flags: default_blend 
    one end of an edge: 2/3 is the uniform B-spline, 0 a crease, 1 softer than the B-spline. */
 typedef struct psurf_edge_tag {
     uint32_t v0, v1, flags;
-    float blend0, blend1;               /* 0..1, at the end v0 and at the end v1 */
+    psurf_real blend0, blend1;               /* 0..1, at the end v0 and at the end v1 */
 } psurf_edge_tag;
 
 /* The connectivity of a mesh. Zero-initialise it; nothing it points to is kept after the call. */
 typedef struct psurf_mesh_desc {
     uint32_t _start_canary;
     uint32_t vertex_count, face_count;
-    const uint32_t *face_sizes;         /* [face_count] corners of each face; NULL: all uniform_size */
+    const uint32_t *face_sizes;      /* [face_count] corners of each face; NULL: all uniform_size */
     uint32_t uniform_size;              /* read only without face_sizes */
     const uint32_t *face_vertices;      /* [sum of sizes] counter-clockwise seen from outside */
     const psurf_edge_tag *edges;        /* [edge_count] or NULL */
     uint32_t edge_count;
     uint32_t flags;
-    float default_blend;                /* with PSURF_DEFAULT_BLEND: of every edge without a tag */
-    const psurf_real *positions;        /* [vertex_count][3] or NULL: only to refuse non-finite ones */
+    psurf_real default_blend;           /* with PSURF_DEFAULT_BLEND: of edges without a tag */
+    const psurf_real *positions;     /* [vertex_count][3] or NULL: only to refuse non-finite ones */
     size_t position_stride;             /* bytes between positions; 0 = 3 reals */
     psurf_allocator allocator;
     uint32_t _end_canary;
@@ -123,7 +286,7 @@ typedef struct psurf_mesh_desc {
    Returns any result of the list except what only other calls return. Allocates twice through
    desc->allocator, which is copied and must outlive the object, and keeps one of the two blocks.
    Linear in the number of face corners. Any thread; calls do not know of each other.
-   Source: [PM] sections 3 and 4 (rings, facet classes). */
+   Source: [PM] section 3 (rings), section 4 (kinds of facet). */
 PSURF_API psurf_result psurf_topology_create(const psurf_mesh_desc *desc, psurf_topology **topology,
                                              psurf_error *error);
 
@@ -146,15 +309,15 @@ typedef struct psurf_info {
 PSURF_API void psurf_topology_info(const psurf_topology *topology, psurf_info *info);
 
 /* The tables that both processors read: std430 arrays without padding, uploaded as they are.
-   A ring is a vertex with its fan of facets. Facet f_j lies between spokes j and j+1, counter-
-   clockwise; spoke j runs along the edge to E_j. Corners stand in the order of the facets, facets in
-   the order of their patches: by kind, then by face. So corner i of facet k of a kind with m sides
-   is corner kind_first_corner + (k - kind_first) * m + i. */
+   A ring is a vertex with its fan of facets. Spoke j runs along the edge to E_j; facet f_j lies
+   between spokes j and j+1, counter-clockwise. Facets stand in the order of their patches: by kind,
+   then by face. Corners stand in the order of the facets: corner i of facet k, of a kind with m
+   sides, is corner kind_first_corner + (k - kind_first) * m + i. */
 typedef struct psurf_ring {
     uint32_t point;                     /* vertex */
     uint32_t first_spoke;
     uint32_t valence;                   /* spokes; bit 31: polar vertex */
-    uint32_t trig;                      /* row of psurf_trig: scales, then cos and sin of j/n turns */
+    uint32_t trig;                    /* row of psurf_trig: scales, then cos and sin of j/n turns */
 } psurf_ring;
 typedef struct psurf_spoke {
     uint32_t end;                       /* E_j */
@@ -162,12 +325,12 @@ typedef struct psurf_spoke {
 } psurf_spoke;
 typedef struct psurf_corner {
     uint32_t ring;                      /* bit 31: this facet writes the welded vertex */
-    uint32_t spoke;                     /* in the table of spokes: along the edge to the next corner */
-    uint32_t edge;                      /* of that edge; bit 31: this facet writes its welded samples */
+    uint32_t spoke;                  /* in the table of spokes: along the edge to the next corner */
+    uint32_t edge;                  /* of that edge; bit 31: this facet writes its welded samples */
 } psurf_corner;
 typedef struct psurf_facet {
     uint32_t face;
-    uint32_t piece;                     /* bits 0-15: piece of a split face; 16-17: corner A (polar) */
+    uint32_t piece;                  /* bits 0-15: piece of a split face; 16-17: corner A (polar) */
 } psurf_facet;
 typedef struct psurf_edge { uint32_t corner, other; } psurf_edge;   /* corners; the writer first */
 typedef struct psurf_trig { psurf_real c, s; } psurf_trig;
@@ -177,7 +340,7 @@ typedef struct psurf_trig { psurf_real c, s; } psurf_trig;
 typedef struct psurf_table { const void *data; uint32_t count, stride; } psurf_table;
 typedef struct psurf_tables {
     psurf_table rings, spokes, corners, facets, edges, trig;
-    psurf_table blends;                 /* float per spoke; empty where all are 2/3 */
+    psurf_table blends;                 /* psurf_real per spoke; empty where all are 2/3 */
     psurf_table face_facet;             /* uint32_t per face: its first facet */
     uint32_t kind_first[PSURF_KIND_COUNT + 1];          /* first facet of each kind */
     uint32_t kind_first_corner[PSURF_KIND_COUNT + 1];
@@ -189,7 +352,7 @@ PSURF_API void psurf_topology_tables(const psurf_topology *topology, psurf_table
 
 /* The spoke that leaves vertex v0 along the edge to v1: the index of its blend ratio in
    psurf_tables.blends and psurf_construct_desc.blends. PSURF_NONE if there is no such edge.
-   Linear in the number of rings before first use... */
+   Logarithmic in the rings, linear in the valence. No allocation; any number of threads. */
 PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0, uint32_t v1);
 
 /* ---- patches: once per frame ----------------------------------------------------------------- */
@@ -203,14 +366,15 @@ typedef enum psurf_pass {
     PSURF_PASS_COUNT
 } psurf_pass;
 
-/* One tight array of patches per kind: patch k of a block starts at offset + k * 3 * points reals. */
+/* One tight array of patches per kind: patch k of a block is 3 * points reals, k such from its
+   offset. Scratch holds what passes hand on. */
 typedef struct psurf_kind_block { size_t offset; uint32_t count, points; } psurf_kind_block;
 typedef struct psurf_patches_layout {
     size_t patch_bytes, scratch_bytes;
     uint32_t pass_items[PSURF_PASS_COUNT];
     psurf_kind_block kind[PSURF_KIND_COUNT];    /* in the patches; offsets are multiples of 256 */
     size_t limit_offset;                /* in the scratch: [rings][3] limit points v */
-    size_t spoke_offset;                /* in the scratch: [spokes][2][3] t_j, f_j; multiple of 256 */
+    size_t spoke_offset;              /* in the scratch: [spokes][2][3] t_j, f_j; multiple of 256 */
 } psurf_patches_layout;
 
 /* Patches of one mesh: a plain value that owns nothing. Fill it with psurf_patches_bind. The
@@ -226,7 +390,7 @@ typedef struct psurf_construct_desc {
     uint32_t _start_canary;
     const psurf_real *positions;        /* [vertex_count][3] */
     size_t position_stride;             /* bytes between positions; 0 = 3 reals */
-    const float *blends;                /* [spokes] instead of the topology's; NULL = the topology's */
+    const psurf_real *blends;           /* [spokes]; NULL = those of the topology */
     uint32_t _end_canary;
 } psurf_construct_desc;
 
@@ -254,7 +418,8 @@ PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
                                             uint32_t first, uint32_t count);
 
 /* All passes over the whole mesh, on this thread. Returns as psurf_construct_pass. */
-PSURF_API psurf_result psurf_construct(const psurf_patches *patches, const psurf_construct_desc *desc);
+PSURF_API psurf_result psurf_construct(const psurf_patches *patches,
+                                       const psurf_construct_desc *desc);
 
 /* One patch as it lies in memory. */
 typedef struct psurf_patch {
@@ -287,19 +452,19 @@ typedef struct psurf_points {
 } psurf_points;
 
 /* Evaluates count samples.
-   Faces and sectors out of range are clamped to the last one, parameters to the domain, NaN to 0: any
-   bytes are safe. At a pole du and dv are those of the line from the middle of the base, and second
-   derivatives do not exist: they are written as 0.
+   Faces and sectors out of range are clamped to the last one, parameters to the domain, NaN to 0:
+   any bytes are safe. At a pole du and dv are those of the line from the middle of the base, and
+   second derivatives do not exist: they are written as 0.
    On facet boundaries p comes from the one cubic that both facets share: bit-identical from both
    sides where the edge parameters are exactly s and 1-s.
    No allocation; any number of threads; no pointer but those inside out may be NULL.
-   Source: [PM] sections 2 and 3; pole: [PM] eq. 19, rows weighted by B_j(v)/(1-v). */
+   Source: [PM] eqs. 2, 3, 17-19; at a pole the rows are weighted by B_j(v)/(1-v). */
 PSURF_API void psurf_eval(const psurf_patches *patches, const psurf_sample *samples, uint32_t count,
                           const psurf_points *out);
 
 /* Gaussian and mean curvature at count samples; either output may be NULL. [count] reals each, NaN
-   where curvature does not exist (poles, vanishing normals). Signs: mean curvature is negative where
-   the surface bends away from the normal (a sphere seen from outside: mean = -1/r, gauss = 1/r^2).
+   where curvature does not exist (poles, vanishing normals). Mean curvature is negative where the
+   surface bends away from its normal (a sphere: mean = -1/r, gauss = 1/r^2).
    Samples are treated as in psurf_eval. No allocation; any number of threads. */
 PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample *samples,
                                uint32_t count, psurf_real *gauss, psurf_real *mean);
@@ -329,7 +494,7 @@ typedef struct psurf_tess_span {
 typedef struct psurf_tess_out {
     psurf_real *p, *n;
     size_t p_stride, n_stride;
-    psurf_sample *where;                /* face, sector, u, v of each vertex, for psurf_interpolate */
+    psurf_sample *where;              /* face, sector, u, v of each vertex, for psurf_interpolate */
     void *indices;                      /* triangles, counter-clockwise */
     uint32_t first_vertex;
     size_t first_index;
@@ -346,8 +511,9 @@ PSURF_API psurf_result psurf_tessellate_size(const psurf_topology *topology,
                                              const psurf_tess_desc *desc, uint32_t first_face,
                                              uint32_t face_count, psurf_tess_span *span);
 
-/* Writes the tessellation of a range of faces. Welded, a shared sample is written by the lowest face
-   that touches it, whichever range that face is in: all ranges together write every vertex once.
+/* Writes the tessellation of a range of faces. Welded, a shared sample is written by the lowest
+   face that touches it, whichever range that face is in: all ranges together write every vertex
+   once.
    Returns as psurf_tessellate_size. No allocation. Threads: disjoint ranges run concurrently.
    Positions on shared edges are bit-identical from both sides at every rate. */
 PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psurf_tess_desc *desc,
@@ -371,14 +537,14 @@ typedef struct psurf_check_result {
     uint64_t degenerate;                /* pairs left out of max_normal_deg: see psurf_check */
     double max_normal_deg;              /* largest angle between the two normals of a pair */
     uint32_t worst_face, worst_edge;    /* where it is; PSURF_NONE if nothing was compared */
-    uint32_t sharp_edges;               /* edges compared for cracks alone: blend ratio 0 at an end */
+    uint32_t sharp_edges;             /* edges compared for cracks alone: blend ratio 0 at an end */
 } psurf_check_result;
 
-/* Compares edges first_edge .. first_edge+edge_count-1 (0 .. psurf_info.edges-1) from both sides, at
+/* Compares edges first_edge .. first_edge+edge_count-1 (of psurf_info.edges) from both sides, at
    rate+1 samples each, exactly as per-face tessellation writes them.
-   desc: what the patches were constructed from. Pairs count as degenerate on edges shorter than 1e-5
-   of the bounding box diagonal, beside faces with a corner angle below 0.5 degrees, at vertices of
-   valence 2, and where a normal is zero.
+   desc: what the patches were constructed from. Pairs count as degenerate on edges shorter than
+   1e-5 of the bounding box diagonal, beside faces with a corner angle below 0.5 degrees, and where
+   a normal is zero.
    Returns PSURF_OK, or BAD_DESC as psurf_construct_pass and psurf_tessellate_size. No allocation.
    Threads: any; sums over ranges add up, maxima combine. */
 PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_construct_desc *desc,
@@ -420,8 +586,11 @@ PSURF_API const char *psurf_scheme_name(psurf_scheme scheme);       /* "pm"; NUL
 PSURF_API const char *psurf_kind_name(psurf_kind kind);             /* "ordinary" ...; or NULL */
 PSURF_API uint32_t psurf_version(void);         /* PSURF_VERSION of the implementation */
 PSURF_API uint32_t psurf_abi(void);             /* PSURF_VERSION << 8 | sizeof(psurf_real) */
-PSURF_API int psurf_exact(void);                /* 1 where this build promises the same bits as others;
-                                                   0 with fast-math, x87, or FTZ/DAZ on this thread */
+
+/* 1 where this build and thread give the bits that every other does; 0 under fast-math, fused
+   contraction that the compiler would not give up, x87 registers, or FTZ/DAZ. It asks the
+   arithmetic itself. */
+PSURF_API int psurf_exact(void);
 
 #ifdef __cplusplus
 }
@@ -455,11 +624,12 @@ PSURF_API int psurf_exact(void);                /* 1 where this build promises t
 #endif
 #ifndef PSURF_SQRT
 #include <math.h>
-#define PSURF_SQRT(x) sqrt(x)           /* exact in double, so rounding to float after it is exact too */
+#define PSURF_SQRT(x) sqrt(x)      /* of a double; rounded to float it is the float square root */
 #endif
 
 /* The GPU reads these structs as arrays of uint: no padding, fixed order. */
-#define PSURF__ASSERT_SIZE(type, size) typedef char psurf__size_of_##type[sizeof(type) == (size) ? 1 : -1]
+#define PSURF__ASSERT_SIZE(type, size) \
+    typedef char psurf__size_of_##type[sizeof(type) == (size) ? 1 : -1]
 PSURF__ASSERT_SIZE(psurf_ring, 16);
 PSURF__ASSERT_SIZE(psurf_spoke, 12);
 PSURF__ASSERT_SIZE(psurf_corner, 12);
@@ -568,8 +738,8 @@ static int psurf__finite3(psurf__v3 a)
     return psurf__finite(a.x) && psurf__finite(a.y) && psurf__finite(a.z);
 }
 
-/* a scaled so that its largest component is 1: lengths and products of what follows neither overflow
-   nor vanish. Zero and NaN stay what they are. */
+/* a scaled so that its largest component is 1: lengths and products of what follows neither
+   overflow nor vanish. Zero and NaN stay what they are. */
 static psurf__v3 psurf__scaled(psurf__v3 a)
 {
     psurf_real m = psurf__abs(a.x);
@@ -582,8 +752,8 @@ static psurf__v3 psurf__scaled(psurf__v3 a)
     return a;
 }
 
-/* Cosine and sine of j/n turns, 0 <= j < n, within a unit in the last place of double. The octant is
-   found in integers, so multiples of a quarter turn are exact and no argument is ever reduced. */
+/* Cosine and sine of j/n turns, 0 <= j < n, within a unit in the last place of double. The octant
+   is found in integers, so quarter turns are exact and no argument is ever reduced. */
 static void psurf__cos_sin(uint32_t j, uint32_t n, double *cosine, double *sine)
 {
     static const unsigned char swap[8] = {0, 1, 1, 0, 0, 1, 1, 0};
@@ -593,10 +763,10 @@ static void psurf__cos_sin(uint32_t j, uint32_t n, double *cosine, double *sine)
     uint32_t octant = (uint32_t)(eighths / n), rest = (uint32_t)(eighths % n);
     double x, y, c = 0, s = 0;
     int k;
-    if (octant & 1) rest = n - rest;                    /* odd octants are measured from their end */
+    if (octant & 1) rest = n - rest;                   /* odd octants are measured from their end */
     x = 0.78539816339744830962 * ((double)rest / (double)n);
     y = x * x;
-    for (k = 20; k >= 2; k -= 2) {                      /* Taylor: x^20/20! < 4e-21 at an eighth turn */
+    for (k = 20; k >= 2; k -= 2) {                  /* Taylor: x^20/20! < 4e-21 at an eighth turn */
         c = (1 + c) * (-y / (double)(k * (k - 1)));
         s = (1 + s) * (-y / (double)(k * (k + 1)));
     }
@@ -648,7 +818,7 @@ static void psurf__free(void *ctx, void *memory, size_t size)
 }
 #endif
 
-/* The allocator of a descriptor with the default filled in; 0 if it is half set or there is none. */
+/* The allocator of a descriptor, the default filled in; 0 if it is half set or there is none. */
 static int psurf__allocator(const psurf_allocator *given, psurf_allocator *out)
 {
     *out = *given;
@@ -669,8 +839,8 @@ static void psurf__clear(void *memory, size_t size)
     for (i = 0; i < size; i++) bytes[i] = 0;
 }
 
-/* A block that holds several arrays. Carving with base NULL only measures; the same calls with memory
-   hand out the arrays. A size beyond the address space sticks at SIZE_MAX. */
+/* A block that holds several arrays. Carving with base NULL only measures; the same calls with
+   memory hand out the arrays. A size beyond the address space sticks at SIZE_MAX. */
 typedef struct psurf__block {
     char *base;
     size_t used;
@@ -708,9 +878,9 @@ struct psurf_topology {
     psurf_facet *facets;
     psurf_edge *edges;
     psurf_trig *trig;
-    float *blends;                      /* NULL where all are 2/3 */
+    psurf_real *blends;                 /* NULL where all are 2/3 */
     uint32_t *face_facet;
-    psurf__start *starts;               /* what lies before each face; NULL where all have one size */
+    psurf__start *starts;             /* what lies before each face; NULL where all have one size */
     uint32_t uniform_size;
     uint32_t corner_count, trig_count;
     uint32_t vertex_rings;              /* rings in the order of vertices; further fans follow */
@@ -780,14 +950,14 @@ typedef struct psurf__builder {
     uint32_t *edge, *order;             /* edge number; corners sorted by edge */
     uint32_t *ring, *spoke;             /* number of each in the tables */
     uint32_t *first_corner;             /* per vertex */
-    uint32_t *count;                    /* work space: one number per corner, vertex, edge or valence */
+    uint32_t *count;                /* work space: one number per corner, vertex, edge or valence */
     psurf_ring *rings;                  /* per ring */
     unsigned char *ring_flags;          /* per ring */
     unsigned char *face_kind;           /* per face */
 } psurf__builder;
 
-static psurf_result psurf__fail(psurf__builder *b, psurf_result result, uint32_t face, uint32_t corner,
-                                uint32_t vertex, uint32_t other)
+static psurf_result psurf__fail(psurf__builder *b, psurf_result result, uint32_t face,
+                                uint32_t corner, uint32_t vertex, uint32_t other)
 {
     b->error.result = result;
     b->error.face = face;
@@ -819,7 +989,7 @@ static psurf_result psurf__check_desc(psurf__builder *b)
     const psurf_mesh_desc *d = b->desc;
     uint64_t corners = 0;
     uint32_t f;
-    float blend = d->default_blend;
+    psurf_real blend = d->default_blend;
     if (d->_start_canary || d->_end_canary || (d->flags & ~(uint32_t)PSURF_DEFAULT_BLEND) ||
         (d->face_count && !d->face_vertices) || (d->edge_count && !d->edges) ||
         d->position_stride % sizeof(psurf_real) ||
@@ -920,8 +1090,8 @@ static void psurf__sort_corners(psurf__builder *b, const uint32_t *from, uint32_
     }
 }
 
-/* Pairs half-edges by sorting them by (lower, higher) vertex: linear, whatever the valences. Edges are
-   numbered in that order, which does not depend on the order of the faces. */
+/* Pairs half-edges by sorting them by (lower, higher) vertex: linear, whatever the valences. Edges
+   are numbered in that order, which does not depend on the order of the faces. */
 static psurf_result psurf__pair_half_edges(psurf__builder *b)
 {
     const uint32_t *vertex = b->desc->face_vertices;
@@ -998,8 +1168,8 @@ static void psurf__assign_trig(psurf__builder *b)
     for (r = 0; r < b->ring_count; r++) b->rings[r].trig = b->count[b->rings[r].valence];
 }
 
-/* Polar vertices ([PM] section 2): all facets triangles, all neighbours of valence 4; neither of two
-   neighbours that both qualify. */
+/* Polar vertices: all facets triangles, all neighbours of valence 4; neither of two neighbours
+   that both qualify (they are 4-valent themselves, and make good P3 corners). */
 static void psurf__find_poles(psurf__builder *b)
 {
     enum { NOT_CANDIDATE = 1, BESIDE_CANDIDATE = 2 };
@@ -1015,7 +1185,7 @@ static void psurf__find_poles(psurf__builder *b)
         if (!b->ring_flags[r]) b->rings[r].valence |= PSURF_POLAR_RING;
 }
 
-/* The kind of a face ([PM] section 2), and in *pole the corner that is the pole. */
+/* The kind of a face, and in *pole the corner that is the pole. */
 static psurf_kind psurf__classify(const psurf__builder *b, uint32_t first, uint32_t size,
                                   uint32_t *pole)
 {
@@ -1045,7 +1215,8 @@ static void psurf__sort_facets(psurf__builder *b, psurf_topology *t)
     for (k = 0; k < PSURF_KIND_COUNT; k++) {
         uint32_t n = t->info.kind_faces[k];
         t->kind_first[k + 1] = t->kind_first[k] + n;
-        t->kind_first_corner[k + 1] = t->kind_first_corner[k] + n * psurf__kind_sides((psurf_kind)k);
+        t->kind_first_corner[k + 1] =
+            t->kind_first_corner[k] + n * psurf__kind_sides((psurf_kind)k);
     }
 }
 
@@ -1091,7 +1262,7 @@ static void psurf__carve_topology(const psurf__builder *b, psurf_topology *t, ps
     t->trig = PSURF__CARVE(block, psurf_trig, b->trig_count);
     t->face_facet = PSURF__CARVE(block, uint32_t, b->faces);
     t->starts = starts ? PSURF__CARVE(block, psurf__start, starts) : NULL;
-    t->blends = psurf__has_blends(b->desc) ? PSURF__CARVE(block, float, b->corners) : NULL;
+    t->blends = psurf__has_blends(b->desc) ? PSURF__CARVE(block, psurf_real, b->corners) : NULL;
 }
 
 static void psurf__fill_trig(const psurf__builder *b, psurf_topology *t)
@@ -1101,7 +1272,7 @@ static void psurf__fill_trig(const psurf__builder *b, psurf_topology *t)
         uint32_t n = psurf__valence(&b->rings[r]);
         psurf_trig *rows = t->trig + b->rings[r].trig;
         double c, s, lambda;
-        if (rows[0].c > 0) continue;                    /* this valence is done: the block was zeroed */
+        if (rows[0].c > 0) continue;                /* this valence is done: the block was zeroed */
         for (j = 0; j < n; j++) {
             psurf__cos_sin(j, n, &c, &s);
             rows[1 + j].c = (psurf_real)c;
@@ -1191,8 +1362,9 @@ static uint32_t psurf__find_edge(const psurf__builder *b, uint32_t v, uint32_t w
 static psurf_result psurf__fill_blends(psurf__builder *b, psurf_topology *t)
 {
     const psurf_mesh_desc *d = b->desc;
-    float standard = (d->flags & PSURF_DEFAULT_BLEND) ? d->default_blend : (float)(2.0 / 3.0);
+    psurf_real standard = PSURF__R(2.0 / 3.0);
     uint32_t i;
+    if (d->flags & PSURF_DEFAULT_BLEND) standard = d->default_blend;
     for (i = 0; t->blends && i < b->corners; i++) t->blends[i] = standard;
     for (i = 0; i < b->edges; i++) b->count[i] = 0;
     for (i = 0; i < d->edge_count; i++) {
@@ -1201,7 +1373,8 @@ static psurf_result psurf__fill_blends(psurf__builder *b, psurf_topology *t)
         int blend = (tag->flags & PSURF_BLEND) != 0;
         if (at == PSURF_NONE || b->count[b->edge[b->order[at]]]++ ||
             (tag->flags & ~(uint32_t)PSURF_BLEND) ||
-            (blend && !(tag->blend0 >= 0 && tag->blend0 <= 1 && tag->blend1 >= 0 && tag->blend1 <= 1)))
+            (blend &&
+             !(tag->blend0 >= 0 && tag->blend0 <= 1 && tag->blend1 >= 0 && tag->blend1 <= 1)))
             return psurf__fail(b, PSURF_BAD_EDGE, PSURF_NONE, PSURF_NONE, tag->v0, tag->v1);
         if (!blend) continue;
         c = b->order[at];
@@ -1295,9 +1468,11 @@ PSURF_API psurf_result psurf_topology_create(const psurf_mesh_desc *desc, psurf_
         psurf__carve_builder(&b, &block);
         bytes = block.used;
         if (bytes == SIZE_MAX)
-            result = psurf__fail(&b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+            result =
+                psurf__fail(&b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
         else if ((block.base = (char *)allocator.alloc(allocator.ctx, bytes, 16)) == NULL)
-            result = psurf__fail(&b, PSURF_OUT_OF_MEMORY, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+            result = psurf__fail(&b, PSURF_OUT_OF_MEMORY, PSURF_NONE, PSURF_NONE, PSURF_NONE,
+                                 PSURF_NONE);
         else {
             block.used = 0;
             psurf__carve_builder(&b, &block);
@@ -1342,7 +1517,7 @@ PSURF_API void psurf_topology_tables(const psurf_topology *topology, psurf_table
     tables->facets = psurf__table(t->facets, t->info.facets, sizeof(psurf_facet));
     tables->edges = psurf__table(t->edges, t->info.edges, sizeof(psurf_edge));
     tables->trig = psurf__table(t->trig, t->trig_count, sizeof(psurf_trig));
-    tables->blends = psurf__table(t->blends, t->info.spokes, sizeof(float));
+    tables->blends = psurf__table(t->blends, t->info.spokes, sizeof(psurf_real));
     tables->face_facet = psurf__table(t->face_facet, t->info.faces, sizeof(uint32_t));
     for (k = 0; k <= PSURF_KIND_COUNT; k++) {
         tables->kind_first[k] = t->kind_first[k];
@@ -1369,7 +1544,8 @@ PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0,
         if (t->rings[middle].point < v0) low = middle + 1;
         else high = middle;
     }
-    if (low < t->vertex_rings && t->rings[low].point == v0) spoke = psurf__spoke_in_ring(t, low, v1);
+    if (low < t->vertex_rings && t->rings[low].point == v0)
+        spoke = psurf__spoke_in_ring(t, low, v1);
     for (r = t->vertex_rings; r < t->info.rings && spoke == PSURF_NONE; r++)
         if (t->rings[r].point == v0) spoke = psurf__spoke_in_ring(t, r, v1);
     return spoke;
@@ -1377,7 +1553,7 @@ PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0,
 
 /* >>4 VERTEX DATA =============================================================================
    Per ring, into the scratch: v, and per spoke t_j and f_j. Whatever two facets share comes from
-   here: computed once, read by both. [PM] section 3. */
+   here: computed once, read by both. */
 
 static psurf_real *psurf__limit(const psurf_patches *p, uint32_t ring)
 {
@@ -1398,7 +1574,7 @@ static psurf_real *psurf__face_point(const psurf_patches *p, uint32_t spoke)
 typedef struct psurf__control {
     const psurf_real *positions;
     size_t stride;                                      /* in reals */
-    const float *blends;                                /* per spoke, or NULL */
+    const psurf_real *blends;                                /* per spoke, or NULL */
 } psurf__control;
 
 static psurf__control psurf__control_of(const psurf_topology *t, const psurf_construct_desc *desc)
@@ -1417,7 +1593,8 @@ static psurf__v3 psurf__position(const psurf__control *control, uint32_t vertex)
 
 /* f_j - p from the edges of the facet, relative to p: eq. 13, or eq. 14 with the blend ratios a of
    spoke j and b of spoke j+1. after, before: as in psurf_spoke. */
-static psurf__v3 psurf__face_offset(psurf__v3 end, psurf__v3 next_end, psurf__v3 after, psurf__v3 before)
+static psurf__v3 psurf__face_offset(psurf__v3 end, psurf__v3 next_end, psurf__v3 after,
+                                    psurf__v3 before)
 {
     psurf__v3 ends = psurf__add(end, next_end), across = psurf__add(after, before);
     return psurf__mix(PSURF__R(2.0 / 9.0), ends, PSURF__R(0.5 / 9.0), across);
@@ -1433,8 +1610,8 @@ static psurf__v3 psurf__face_offset_blended(psurf__v3 end, psurf__v3 next_end, p
     return psurf__add(along, across);
 }
 
-/* One ring: face points, limit point, tangents T1 and T2, tangent points. Sums run over offsets from
-   p, so that they keep their digits far from the origin. */
+/* One ring: face points, limit point, tangents T1 and T2, tangent points. Sums run over offsets
+   from p, so that they keep their digits far from the origin. */
 static void psurf__vertex_pass(const psurf_patches *patches, const psurf__control *control,
                                uint32_t index)
 {
@@ -1455,8 +1632,7 @@ static void psurf__vertex_pass(const psurf_patches *patches, const psurf__contro
         psurf__v3 before = psurf__sub(psurf__position(control, spokes[j].before), p);
         psurf__v3 f = control->blends
             ? psurf__face_offset_blended(end, next_end, after, before,
-                                         PSURF__R(control->blends[first + j]),
-                                         PSURF__R(control->blends[first + k]))
+                                         control->blends[first + j], control->blends[first + k])
             : psurf__face_offset(end, next_end, after, before);
         sum = psurf__add(sum, f);
         t1 = psurf__mad(t1, here.c + there.c, f);       /* sum of c_j e_j, by parts */
@@ -1478,7 +1654,7 @@ static void psurf__vertex_pass(const psurf_patches *patches, const psurf__contro
 
 /* What a facet reads at one of its corners. */
 typedef struct psurf__corner_data {
-    psurf__v3 v, t0, t1;                /* limit point; tangent points to the next, previous corner */
+    psurf__v3 v, t0, t1;              /* limit point; tangent points to the next, previous corner */
     psurf__v3 f, fr, fl;                /* face points: own facet, across edge i, across edge i-1 */
     psurf_real chi, s;                  /* 1 + c_n, s_n */
 } psurf__corner_data;
@@ -1486,7 +1662,8 @@ typedef struct psurf__corner_data {
 static void psurf__read_corner(const psurf_patches *p, uint32_t corner, psurf__corner_data *out)
 {
     const psurf_topology *t = p->topology;
-    const uint32_t index = t->corners[corner].ring & ~PSURF_WRITER, spoke = t->corners[corner].spoke;
+    const uint32_t index = t->corners[corner].ring & ~PSURF_WRITER,
+                   spoke = t->corners[corner].spoke;
     const psurf_ring *ring = &t->rings[index];
     const uint32_t after = psurf__next_spoke(ring, spoke);
     const uint32_t before = psurf__previous_spoke(ring, spoke);
@@ -1500,10 +1677,9 @@ static void psurf__read_corner(const psurf_patches *p, uint32_t corner, psurf__c
     out->s = t->trig[ring->trig + 2].s;
 }
 
-/* ---- pm: A. Myles, T. Ni, J. Peters, "Fast Parallel Construction of Smooth Surfaces from Meshes with
-   Tri/Quad/Pent Facets", SGP 2008. Equation numbers are that paper's. ---- */
+/* ---- pm: [PM], whose equation numbers are given ---- */
 
-/* Ordinary facet: a bicubic Bezier patch of the vertex data as they are. [PM] section 4.1. */
+/* Ordinary facet: the vertex data as they are make a bicubic Bezier patch. */
 static void psurf__pm_bicubic(const psurf__corner_data c[4], psurf_real *g)
 {
     psurf__put(g + 0, c[0].v);
@@ -1524,10 +1700,11 @@ static void psurf__pm_bicubic(const psurf__corner_data c[4], psurf_real *g)
     psurf__put(g + 45, c[2].v);
 }
 
-/* Polar facet: bicubic with one side shrunk to the pole. Corners a, b of the base, pole o; qa and qb
-   are 3/2 of the blend ratios at the pole, 1 by default. Eqs. 18 and 19. */
+/* Polar facet: bicubic with one side shrunk to the pole. Corners a, b of the base, pole o; qa and
+   qb are 3/2 of the blend ratios at the pole, 1 by default. Eqs. 18 and 19. */
 static void psurf__pm_polar(const psurf__corner_data *a, const psurf__corner_data *b,
-                            const psurf__corner_data *o, psurf_real qa, psurf_real qb, psurf_real *h)
+                            const psurf__corner_data *o, psurf_real qa, psurf_real qb,
+                            psurf_real *h)
 {
     const psurf_real c = o->chi - 1;
     psurf__v3 h02 = psurf__sub(o->t0, o->v), h32 = psurf__sub(o->t1, o->v), h12, h22;
@@ -1550,8 +1727,8 @@ static void psurf__pm_polar(const psurf__corner_data *a, const psurf__corner_dat
     psurf__put(h + 36, o->v);
 }
 
-/* What eqs. 3 and 20 need of m = 3, 4, 5. The weights w of the centre are the paper's legible digits;
-   G1 does not depend on them. */
+/* What eqs. 3 and 20 need of m = 3, 4, 5: mu = 1 - c_m, k1, k2, and the weight w of the centre.
+   G1 does not depend on w. */
 typedef struct psurf__sides { psurf_real mu, k1, k2, w; } psurf__sides;
 
 static const psurf__sides psurf__sides_table[6] = {
@@ -1562,8 +1739,8 @@ static const psurf__sides psurf__sides_table[6] = {
      PSURF__R(0.72360679774997896964), PSURF__R(1.0 / 3.0)}
 };
 
-/* b211 and b121 of the sector on the edge from corner a to corner b: eq. 20. Offsets from v and from
-   t, so that coefficients which sum to 0 meet differences. */
+/* b211 and b121 of the sector on the edge from corner a to corner b: eq. 20, written so that
+   coefficients which sum to 0 meet differences. */
 static void psurf__pm_first_row(const psurf__corner_data *a, const psurf__corner_data *b,
                                 psurf_real mu, psurf__v3 *b211, psurf__v3 *b121)
 {
@@ -1602,7 +1779,7 @@ static psurf__v3 psurf__pm_point(const psurf_real *points, uint32_t sector, uint
 static uint32_t psurf__following(uint32_t i, uint32_t m) { return i + 1 == m ? 0 : i + 1; }
 static uint32_t psurf__preceding(uint32_t i, uint32_t m) { return i == 0 ? m - 1 : i - 1; }
 
-/* The points b301, b202 and b103 on the line from corner i to the centre: eq. 3. count = how many. */
+/* The first count points of b301, b202, b103 on the line from corner i to the centre: eq. 3. */
 static void psurf__pm_inner_line(const psurf_real *points, uint32_t m, uint32_t i, uint32_t count,
                                  psurf__v3 line[3])
 {
@@ -1622,7 +1799,7 @@ static void psurf__pm_inner_line(const psurf_real *points, uint32_t m, uint32_t 
                                     psurf__pm_point(points, h, PSURF__B112)));
 }
 
-/* b112 of sector 0 for m = 3 and 5 from b004 and the b202 of all lines, turned by i: eqs. 21, 22. */
+/* b112 of sector i for m = 3 and 5, from b004 and the b202 of all lines: eqs. 21, 22. */
 static psurf__v3 psurf__pm_b112_odd(psurf__v3 centre, const psurf__v3 *b202, uint32_t m, uint32_t i)
 {
     psurf__v3 near_edge, beside, opposite;
@@ -1652,7 +1829,7 @@ static psurf__v3 psurf__pm_b112_even(psurf__v3 centre, const psurf_real *points,
                                          PSURF__R(1.0 / 16.0), psurf__sub(beyond, opposite)));
 }
 
-/* P3, P4, P5: m sectors of degree 4 round a centre. [PM] section 4.3. The patch is only written here:
+/* P3, P4, P5: m sectors of degree 4 round a centre. The patch itself may be write-only memory:
    what is read back comes from a copy on the stack. */
 static void psurf__pm_sectors(const psurf__corner_data *c, uint32_t m, psurf_real *out)
 {
@@ -1685,7 +1862,7 @@ static void psurf__pm_sectors(const psurf__corner_data *c, uint32_t m, psurf_rea
 /* 3/2 of the blend ratio at the pole on the spoke of a polar facet's corner. */
 static psurf_real psurf__pole_ratio(const psurf__control *control, uint32_t spoke)
 {
-    return control->blends ? PSURF__R(1.5) * PSURF__R(control->blends[spoke]) : PSURF__R(1);
+    return control->blends ? PSURF__R(1.5) * control->blends[spoke] : PSURF__R(1);
 }
 
 static void psurf__pm_polar_facet(const psurf_patches *p, const psurf__control *control,
@@ -1703,7 +1880,8 @@ static void psurf__pm_polar_facet(const psurf_patches *p, const psurf__control *
 static void psurf__pm_facet(const psurf_patches *p, const psurf__control *control, psurf_kind kind,
                             uint32_t facet, psurf_real *out)
 {
-    const uint32_t m = psurf__kind_sides(kind), first = psurf__facet_corner(p->topology, kind, facet);
+    const uint32_t m = psurf__kind_sides(kind),
+                   first = psurf__facet_corner(p->topology, kind, facet);
     psurf__corner_data c[5];
     uint32_t i;
     for (i = 0; i < m; i++) psurf__read_corner(p, first + i, &c[i]);
@@ -1816,7 +1994,8 @@ PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
     return PSURF_OK;
 }
 
-PSURF_API psurf_result psurf_construct(const psurf_patches *patches, const psurf_construct_desc *desc)
+PSURF_API psurf_result psurf_construct(const psurf_patches *patches,
+                                       const psurf_construct_desc *desc)
 {
     uint32_t pass;
     psurf_result result = PSURF_OK;
@@ -1843,13 +2022,13 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
 }
 
 /* >>6 EVALUATORS ==============================================================================
-   Per kind: where a parameter lies on the patch (locate), which Bezier points it needs (net), what the
-   surface does there (jet), and derivatives of the patch turned into those of the face (pull). One row
-   per kind at the end of the chapter.
+   Per kind: where a parameter lies on the patch (locate), which Bezier points it needs (net), what
+   the surface does there (jet), and derivatives of the patch turned into those of the face (pull).
+   One row per kind at the end of the chapter.
 
    Parameters enter as weights w over a common denominator d: a face parameter with d = 1, or the
-   integers of a tessellation lattice with d = rate. Sums and differences of such integers are exact,
-   and every weight is divided once, at the end: that is why both sides of an edge get the same r and s.
+   integers of a tessellation lattice with d = rate. Sums and differences of such integers are
+   exact, and every weight is divided once, at the end: so both sides of an edge get the same r, s.
    Triangles: w = weights of the three corners. Quads: 1-u, u, 1-v, v. Sectors: weights of corner i,
    corner i+1, centre. */
 
@@ -1865,8 +2044,8 @@ typedef struct psurf__jet {
     int curved;                         /* second derivatives exist here */
 } psurf__jet;
 
-/* The cubic that every facet boundary is: [PM] section 7. Swapping the ends swaps the operands of
-   commutative operations alone, so both sides get the same bits; at the ends it is the end itself. */
+/* The cubic that every facet boundary is, eq. 17. Swapping its ends swaps the operands of
+   commutative operations alone, so both sides get the same bits; an end is returned as it is. */
 static psurf__v3 psurf__edge_point(psurf__v3 v0, psurf__v3 t0, psurf__v3 t1, psurf__v3 v1,
                                    psurf_real r, psurf_real s)
 {
@@ -1878,14 +2057,16 @@ static psurf__v3 psurf__edge_point(psurf__v3 v0, psurf__v3 t0, psurf__v3 t1, psu
     return psurf__add(ends, inner);
 }
 
-static void psurf__set_edge(psurf__spot *spot, uint32_t edge, psurf_real r, psurf_real s, psurf_real d)
+static void psurf__set_edge(psurf__spot *spot, uint32_t edge, psurf_real r, psurf_real s,
+                            psurf_real d)
 {
     spot->edge = edge;
     spot->r = r / d;
     spot->s = s / d;
 }
 
-static void psurf__set_weights(psurf__spot *spot, psurf_real a, psurf_real b, psurf_real c, psurf_real d)
+static void psurf__set_weights(psurf__spot *spot, psurf_real a, psurf_real b, psurf_real c,
+                               psurf_real d)
 {
     spot->w[0] = a / d;
     spot->w[1] = b / d;
@@ -1923,7 +2104,8 @@ static void psurf__bicubic_locate(uint32_t turn, uint32_t sector, const psurf_re
     psurf__find_quad_edge(spot, w, d);
 }
 
-static const psurf_real *psurf__own_net(const psurf_real *points, uint32_t sector, psurf_real *store)
+static const psurf_real *psurf__own_net(const psurf_real *points, uint32_t sector,
+                                        psurf_real *store)
 {
     (void)sector;
     (void)store;
@@ -1942,8 +2124,8 @@ static void psurf__bernstein(psurf_real t0, psurf_real t1, psurf_real b3[4], psu
     b2[2] = t1 * t1;
 }
 
-/* Value, first and second derivative of a cubic with points at the given distance in reals. Derivatives
-   come from differences of the points, which keep their digits far from the origin. */
+/* Value, first and second derivative of a cubic with points at the given distance in reals.
+   Derivatives come from differences of points, which keep their digits far from the origin. */
 static void psurf__cubic(const psurf_real *points, size_t step, const psurf_real *b3,
                          const psurf_real *b2, psurf_real t0, psurf_real t1, psurf__v3 out[3])
 {
@@ -1984,7 +2166,7 @@ static void psurf__bicubic_pull(const psurf__spot *spot, uint32_t turn, psurf__j
 {
     (void)spot;
     (void)turn;
-    (void)jet;                                          /* the patch has the parameters of the face */
+    (void)jet;                                        /* the patch has the parameters of the face */
 }
 
 /* ---- polar ---- */
@@ -2005,9 +2187,10 @@ static void psurf__polar_locate(uint32_t turn, uint32_t sector, const psurf_real
     psurf__find_triangle_edge(spot, turned, d);
 }
 
-/* du and its derivatives are divided by 1-v: that is regular up to the pole, where u loses its meaning.
-   So duu = S_uu/(1-v) and duv = (S_u/(1-v))_v here, and pull knows it. [PM] section 4.2. */
-static void psurf__polar_jet(const psurf_real *h, const psurf__spot *spot, int second, psurf__jet *jet)
+/* du and its derivatives are divided by 1-v: that is regular up to the pole, where u loses its
+   meaning. So du = S_u/(1-v), duu = S_uu/(1-v), duv = (S_u/(1-v))_v here, and pull knows it. */
+static void psurf__polar_jet(const psurf_real *h, const psurf__spot *spot, int second,
+                             psurf__jet *jet)
 {
     const psurf_real v0 = spot->w[2], v1 = spot->w[3];
     const psurf_real weight[3] = {v0 * v0, 3 * v0 * v1, 3 * v1 * v1};       /* B_j(v)/(1-v) */
@@ -2022,11 +2205,14 @@ static void psurf__polar_jet(const psurf_real *h, const psurf__spot *spot, int s
     d2 = psurf__sub(pole, row[2][0]);
     jet->p = psurf__add(psurf__mix(v0 * v0 * v0, row[0][0], 3 * v0 * v0 * v1, row[1][0]),
                         psurf__mix(3 * v0 * v1 * v1, row[2][0], v1 * v1 * v1, pole));
-    jet->du = psurf__mad(psurf__mix(weight[0], row[0][1], weight[1], row[1][1]), weight[2], row[2][1]);
+    jet->du =
+        psurf__mad(psurf__mix(weight[0], row[0][1], weight[1], row[1][1]), weight[2], row[2][1]);
     jet->dv = psurf__mul(psurf__mad(psurf__mix(v0 * v0, d0, 2 * v0 * v1, d1), v1 * v1, d2), 3);
     if (!second) return;
-    jet->duu = psurf__mad(psurf__mix(weight[0], row[0][2], weight[1], row[1][2]), weight[2], row[2][2]);
-    jet->duv = psurf__mad(psurf__mix(slope[0], row[0][1], slope[1], row[1][1]), slope[2], row[2][1]);
+    jet->duu =
+        psurf__mad(psurf__mix(weight[0], row[0][2], weight[1], row[1][2]), weight[2], row[2][2]);
+    jet->duv =
+        psurf__mad(psurf__mix(slope[0], row[0][1], slope[1], row[1][1]), slope[2], row[2][1]);
     jet->dvv = psurf__mul(psurf__mix(v0, psurf__sub(d1, d0), v1, psurf__sub(d2, d1)), 6);
 }
 
@@ -2118,7 +2304,8 @@ static const unsigned char psurf__row[5] = {0, 5, 9, 12, 14};
 static void psurf__sector_net(const psurf_real *points, uint32_t m, uint32_t i, psurf_real *net)
 {
     const uint32_t j = psurf__following(i, m);
-    const psurf__v3 a = psurf__pm_point(points, i, PSURF__V), b = psurf__pm_point(points, j, PSURF__V);
+    const psurf__v3 a = psurf__pm_point(points, i, PSURF__V),
+                    b = psurf__pm_point(points, j, PSURF__V);
     const psurf__v3 t0 = psurf__pm_point(points, i, PSURF__T0);
     const psurf__v3 t1 = psurf__pm_point(points, i, PSURF__T1);
     psurf__v3 from_a[3], from_b[3];
@@ -2230,10 +2417,12 @@ static void psurf__linear_pull(psurf_real uu, psurf_real vu, psurf_real uv, psur
     const psurf__jet in = *jet;
     jet->du = psurf__mix(uu, in.du, vu, in.dv);
     jet->dv = psurf__mix(uv, in.du, vv, in.dv);
-    jet->duu = psurf__add(psurf__mix(uu * uu, in.duu, 2 * uu * vu, in.duv), psurf__mul(in.dvv, vu * vu));
+    jet->duu =
+        psurf__add(psurf__mix(uu * uu, in.duu, 2 * uu * vu, in.duv), psurf__mul(in.dvv, vu * vu));
     jet->duv = psurf__add(psurf__mix(uu * uv, in.duu, uu * vv + vu * uv, in.duv),
                           psurf__mul(in.dvv, vu * vv));
-    jet->dvv = psurf__add(psurf__mix(uv * uv, in.duu, 2 * uv * vv, in.duv), psurf__mul(in.dvv, vv * vv));
+    jet->dvv =
+        psurf__add(psurf__mix(uv * uv, in.duu, 2 * uv * vv, in.duv), psurf__mul(in.dvv, vv * vv));
 }
 
 static void psurf__p3_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *jet)
@@ -2248,7 +2437,8 @@ static void psurf__p3_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *j
 
 static void psurf__p4_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *jet)
 {
-    static const signed char j[4][4] = {{1, 0, -1, 2}, {1, -2, 1, 0}, {-1, 0, 1, -2}, {-1, 2, -1, 0}};
+    static const signed char j[4][4] = {
+        {1, 0, -1, 2}, {1, -2, 1, 0}, {-1, 0, 1, -2}, {-1, 2, -1, 0}};
     const signed char *row = j[spot->sector];
     (void)turn;
     psurf__linear_pull(PSURF__R(row[0]), PSURF__R(row[1]), PSURF__R(row[2]), PSURF__R(row[3]), jet);
@@ -2266,7 +2456,8 @@ static void psurf__p5_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *j
 typedef struct psurf__kind_row {
     const char *name;
     uint32_t sectors, net_points;
-    void (*locate)(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d, psurf__spot *spot);
+    void (*locate)(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
+                   psurf__spot *spot);
     const psurf_real *(*net)(const psurf_real *points, uint32_t sector, psurf_real *store);
     void (*jet)(const psurf_real *net, const psurf__spot *spot, int second, psurf__jet *jet);
     void (*pull)(const psurf__spot *spot, uint32_t turn, psurf__jet *jet);
@@ -2274,15 +2465,20 @@ typedef struct psurf__kind_row {
 } psurf__kind_row;
 
 static const psurf__kind_row psurf__kinds[PSURF_KIND_COUNT] = {
-    {"bicubic", 1, 16, psurf__bicubic_locate, psurf__own_net, psurf__bicubic_jet, psurf__bicubic_pull,
+    {"bicubic", 1, 16, psurf__bicubic_locate, psurf__own_net,
+     psurf__bicubic_jet, psurf__bicubic_pull,
      {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}},
-    {"polar", 1, 13, psurf__polar_locate, psurf__own_net, psurf__polar_jet, psurf__polar_pull,
+    {"polar", 1, 13, psurf__polar_locate, psurf__own_net,
+     psurf__polar_jet, psurf__polar_pull,
      {{0, 1, 2, 3}, {3, 7, 11, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {"p3", 3, 15, psurf__p3_locate, psurf__p3_net, psurf__sector_jet, psurf__p3_pull,
+    {"p3", 3, 15, psurf__p3_locate, psurf__p3_net,
+     psurf__sector_jet, psurf__p3_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {"p4", 4, 15, psurf__p4_locate, psurf__p4_net, psurf__sector_jet, psurf__p4_pull,
+    {"p4", 4, 15, psurf__p4_locate, psurf__p4_net,
+     psurf__sector_jet, psurf__p4_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 0}, {0, 0, 0, 0}}},
-    {"p5", 5, 15, psurf__p5_locate, psurf__p5_net, psurf__sector_jet, psurf__p5_pull,
+    {"p5", 5, 15, psurf__p5_locate, psurf__p5_net,
+     psurf__sector_jet, psurf__p5_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}}}
 };
 
@@ -2314,8 +2510,9 @@ static void psurf__evaluate(const psurf__view *view, const psurf_real *net, cons
     if (spot->edge != PSURF_NONE) {
         const unsigned char *e = view->row->edge[spot->edge];
         const psurf_real *c = view->points;
-        jet->p = psurf__edge_point(psurf__get(c + 3 * e[0]), psurf__get(c + 3 * e[1]),
-                                   psurf__get(c + 3 * e[2]), psurf__get(c + 3 * e[3]), spot->r, spot->s);
+        jet->p =
+            psurf__edge_point(psurf__get(c + 3 * e[0]), psurf__get(c + 3 * e[1]),
+                              psurf__get(c + 3 * e[2]), psurf__get(c + 3 * e[3]), spot->r, spot->s);
     }
 }
 
@@ -2346,10 +2543,10 @@ static void psurf__move_inside(const psurf__kind_row *row, psurf__spot *spot, ps
     for (k = 0; k < count; k++) spot->w[k] = spot->w[k] + by * (middle - spot->w[k]);
 }
 
-/* The unit normal. Where du and dv are parallel, as on a crease of blend ratio 0, it is the one-sided
-   normal a little inside; 0 if there is none either. */
-static psurf__v3 psurf__normal(const psurf__view *view, const psurf_real *net, const psurf__spot *spot,
-                               const psurf__jet *jet)
+/* The unit normal. Where du and dv are parallel, as on a crease of blend ratio 0, it is the
+   one-sided normal a little inside; 0 if there is none either. */
+static psurf__v3 psurf__normal(const psurf__view *view, const psurf_real *net,
+                               const psurf__spot *spot, const psurf__jet *jet)
 {
     psurf__v3 n = psurf__unit_cross(jet->du, jet->dv);
     psurf_real by = PSURF__R(1.0 / 1024.0);
@@ -2384,7 +2581,9 @@ static psurf__place psurf__find_place(const psurf_topology *t, const psurf_sampl
     psurf_real u = psurf__clamp(sample->u), v = psurf__clamp(sample->v), rest;
     place.face = sample->face < t->info.faces ? sample->face : t->info.faces - 1;
     place.size = psurf__face_size(t, place.face);
-    place.sector = place.size < 5 ? 0 : sample->sector < place.size ? sample->sector : place.size - 1;
+    place.sector = place.size < 5                ? 0
+                   : sample->sector < place.size ? sample->sector
+                                                 : place.size - 1;
     place.w[3] = v;
     if (place.size == 4) {
         place.w[0] = 1 - u;
@@ -2456,9 +2655,9 @@ PSURF_API void psurf_eval(const psurf_patches *patches, const psurf_sample *samp
 }
 
 /* >>7 TESSELLATION ============================================================================
-   Every face carries a lattice of integer points: (x, y) along corner 0 -> 1 and away from it, on faces
-   of five or more corners once per sector. A lattice point has a number in the output and weights for
-   the evaluators. */
+   Every face carries a lattice of integer points: (x, y) along corner 0 -> 1 and away from it, on
+   faces of five or more corners once per sector. A lattice point has a number in the output and
+   weights for the evaluators. */
 
 typedef struct psurf__lattice {
     const psurf_topology *topology;
@@ -2469,7 +2668,7 @@ typedef struct psurf__lattice {
     int welded;
 } psurf__lattice;
 
-/* Points on all faces before one: so many per triangle, per quad, per sector, and one per centre. */
+/* Points on all faces before one, from the points of a triangle, a quad, a sector, a centre. */
 static uint64_t psurf__points_before(const psurf_topology *t, uint32_t face, uint64_t per_triangle,
                                      uint64_t per_quad, uint64_t per_sector, uint64_t per_centre)
 {
@@ -2481,7 +2680,8 @@ static uint64_t psurf__points_before(const psurf_topology *t, uint32_t face, uin
 
 static uint64_t psurf__face_points_before(const psurf_topology *t, uint32_t face, uint64_t r)
 {
-    return psurf__points_before(t, face, (r + 1) * (r + 2) / 2, (r + 1) * (r + 1), r * (r + 1) / 2, 1);
+    return psurf__points_before(t, face, (r + 1) * (r + 2) / 2, (r + 1) * (r + 1), r * (r + 1) / 2,
+                                1);
 }
 
 static uint64_t psurf__insides_before(const psurf_topology *t, uint32_t face, uint64_t r)
@@ -2558,8 +2758,8 @@ static uint32_t psurf__quad_vertex(const psurf__lattice *l, uint32_t x, uint32_t
 
 /* A sector owns its points with weight on its first corner: the line to the second belongs to the
    next sector, the centre to none. */
-static uint32_t psurf__sector_vertex(const psurf__lattice *l, uint32_t sector, uint32_t x, uint32_t y,
-                                     int *writes)
+static uint32_t psurf__sector_vertex(const psurf__lattice *l, uint32_t sector, uint32_t x,
+                                     uint32_t y, int *writes)
 {
     const uint32_t r = l->rate, first_row = l->welded ? 1 : 0;
     const uint32_t per_sector = psurf__rows(r, r) - first_row * r;
@@ -2572,8 +2772,8 @@ static uint32_t psurf__sector_vertex(const psurf__lattice *l, uint32_t sector, u
     return (uint32_t)l->base + sector * per_sector + psurf__rows(y, r) - first_row * r + x;
 }
 
-static uint32_t psurf__lattice_vertex(const psurf__lattice *l, uint32_t sector, uint32_t x, uint32_t y,
-                                      int *writes)
+static uint32_t psurf__lattice_vertex(const psurf__lattice *l, uint32_t sector, uint32_t x,
+                                      uint32_t y, int *writes)
 {
     *writes = 1;
     if (l->size == 3) return psurf__triangle_vertex(l, x, y, writes);
@@ -2581,7 +2781,8 @@ static uint32_t psurf__lattice_vertex(const psurf__lattice *l, uint32_t sector, 
     return psurf__sector_vertex(l, sector, x, y, writes);
 }
 
-static void psurf__lattice_weights(uint32_t size, uint32_t rate, uint32_t x, uint32_t y, psurf_real *w)
+static void psurf__lattice_weights(uint32_t size, uint32_t rate, uint32_t x, uint32_t y,
+                                   psurf_real *w)
 {
     if (size == 4) {
         w[0] = PSURF__R(rate - x);
@@ -2609,7 +2810,7 @@ static void psurf__open_nets(psurf__nets *nets, const psurf_patches *p, uint32_t
     for (i = 0; i < PSURF__MAX_SECTORS; i++) nets->net[i] = NULL;
 }
 
-/* Position and normal at lattice weights: what per-face and welded tessellation and checks share. */
+/* Position and normal at lattice weights: for tessellation of both sorts, and for checks. */
 static void psurf__lattice_point(psurf__nets *nets, uint32_t sector, const psurf_real *w,
                                  psurf_real rate, psurf__v3 *p, psurf__v3 *n)
 {
@@ -2627,8 +2828,8 @@ static void psurf__lattice_point(psurf__nets *nets, uint32_t sector, const psurf
     *n = psurf__normal(&nets->view, net, &spot, &jet);
 }
 
-static void psurf__write_vertex(const psurf__lattice *l, psurf__nets *nets, uint32_t sector, uint32_t x,
-                                uint32_t y, const psurf_tess_out *out)
+static void psurf__write_vertex(const psurf__lattice *l, psurf__nets *nets, uint32_t sector,
+                                uint32_t x, uint32_t y, const psurf_tess_out *out)
 {
     int writes;
     const size_t index = psurf__lattice_vertex(l, sector, x, y, &writes) - out->first_vertex;
@@ -2651,7 +2852,8 @@ static void psurf__write_vertex(const psurf__lattice *l, psurf__nets *nets, uint
     }
 }
 
-static void psurf__write_vertices(const psurf__lattice *l, psurf__nets *nets, const psurf_tess_out *out)
+static void psurf__write_vertices(const psurf__lattice *l, psurf__nets *nets,
+                                  const psurf_tess_out *out)
 {
     const uint32_t r = l->rate, sectors = l->size < 5 ? 1 : l->size;
     uint32_t s, x, y;
@@ -2680,8 +2882,8 @@ static void psurf__write_index(psurf__indices *out, uint32_t sector, uint32_t x,
     else out->narrow[out->at++] = (uint16_t)(vertex - out->first_vertex);
 }
 
-static void psurf__write_triangles(psurf__indices *out, uint32_t sector, uint32_t x, uint32_t y, int both,
-                                   int quad)
+static void psurf__write_triangles(psurf__indices *out, uint32_t sector, uint32_t x, uint32_t y,
+                                   int both, int quad)
 {
     psurf__write_index(out, sector, x, y);
     psurf__write_index(out, sector, x + 1, y);
@@ -2742,7 +2944,8 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
     psurf_tess_span span;
     psurf_result result;
     uint32_t f, end;
-    if (!patches || !out || out->p_stride % sizeof(psurf_real) || out->n_stride % sizeof(psurf_real))
+    if (!patches || !out || out->p_stride % sizeof(psurf_real) ||
+        out->n_stride % sizeof(psurf_real))
         return PSURF_BAD_DESC;
     result = psurf_tessellate_size(patches->topology, desc, first_face, face_count, &span);
     if (result != PSURF_OK) return result;
@@ -2775,21 +2978,24 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
 }
 
 PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sample *samples,
-                                 uint32_t count, const float *corner_values, uint32_t width, float *out)
+                                 uint32_t count, const float *corner_values, uint32_t width,
+                                 float *out)
 {
     const psurf_topology *t = topology;
     uint32_t i, c, k;
     if (!t->info.faces) return;
     for (i = 0; i < count; i++) {
         const psurf__place place = psurf__find_place(t, &samples[i]);
-        const float *values = corner_values + (size_t)psurf__face_start(t, place.face).corner * width;
+        const float *values =
+            corner_values + (size_t)psurf__face_start(t, place.face).corner * width;
         const psurf_real *w = place.w;
         for (k = 0; k < width; k++) {
             psurf_real sum = 0;
             for (c = 0; c < place.size; c++) {
                 psurf_real weight;
                 if (place.size == 3) weight = w[c];
-                else if (place.size == 4) weight = (c == 1 || c == 2 ? w[1] : w[0]) * w[c < 2 ? 2 : 3];
+                else if (place.size == 4)
+                    weight = (c == 1 || c == 2 ? w[1] : w[0]) * w[c < 2 ? 2 : 3];
                 else {
                     weight = w[2] / PSURF__R(place.size);
                     if (c == place.sector) weight += w[0];
@@ -2813,7 +3019,8 @@ PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample 
     for (i = 0; i < count; i++) {
         psurf__jet j;
         psurf__v3 normal = psurf__eval_sample(patches, &samples[i], 1, &j);
-        psurf_real e = psurf__dot(j.du, j.du), f = psurf__dot(j.du, j.dv), g = psurf__dot(j.dv, j.dv);
+        psurf_real e = psurf__dot(j.du, j.du), f = psurf__dot(j.du, j.dv),
+                   g = psurf__dot(j.dv, j.dv);
         psurf_real l = psurf__dot(j.duu, normal), m = psurf__dot(j.duv, normal);
         psurf_real n = psurf__dot(j.dvv, normal), area = e * g - f * f;
         const int exists = j.curved && area > 0 && psurf__dot(normal, normal) > 0;
@@ -2848,7 +3055,8 @@ static void psurf__open_side(psurf__side *side, const psurf_patches *p, uint32_t
 }
 
 /* Position and normal at step k of the side's edge, from its own first corner. */
-static void psurf__side_point(psurf__side *side, uint32_t rate, uint32_t k, psurf__v3 *p, psurf__v3 *n)
+static void psurf__side_point(psurf__side *side, uint32_t rate, uint32_t k, psurf__v3 *p,
+                              psurf__v3 *n)
 {
     const uint32_t e = side->edge, l = rate - k;
     psurf_real w[4];
@@ -2880,8 +3088,10 @@ static int psurf__has_needle(const psurf_topology *t, const psurf__control *cont
     uint32_t i;
     for (i = 0; i < side->size; i++) {
         psurf__v3 p = psurf__corner_position(t, control, side->first + i);
-        psurf__v3 a = psurf__corner_position(t, control, side->first + psurf__following(i, side->size));
-        psurf__v3 b = psurf__corner_position(t, control, side->first + psurf__preceding(i, side->size));
+        psurf__v3 a =
+            psurf__corner_position(t, control, side->first + psurf__following(i, side->size));
+        psurf__v3 b =
+            psurf__corner_position(t, control, side->first + psurf__preceding(i, side->size));
         psurf__v3 n;
         psurf_real dot;
         a = psurf__scaled(psurf__sub(a, p));
@@ -2930,13 +3140,15 @@ static int psurf__same_bits(psurf__v3 a, psurf__v3 b)
 /* Angle between unit normals in degrees, from their chord: exact for small angles too. */
 static double psurf__angle(psurf__v3 a, psurf__v3 b)
 {
-    double x = (double)a.x - (double)b.x, y = (double)a.y - (double)b.y, z = (double)a.z - (double)b.z;
+    double x = (double)a.x - (double)b.x, y = (double)a.y - (double)b.y,
+           z = (double)a.z - (double)b.z;
     double half = PSURF_SQRT(x * x + y * y + z * z) / 2;
     return 2 * psurf__asin(half < 1 ? half : 1) * 57.295779513082320877;
 }
 
 static void psurf__check_edge(const psurf_patches *patches, const psurf__control *control,
-                              psurf_real shortest, uint32_t rate, uint32_t edge, psurf_check_result *r)
+                              psurf_real shortest, uint32_t rate, uint32_t edge,
+                              psurf_check_result *r)
 {
     const psurf_topology *t = patches->topology;
     const psurf_corner *ends[2];
@@ -3083,13 +3295,15 @@ PSURF_API psurf_result psurf_smooth(const psurf_mesh_desc *desc, uint32_t rate,
     mesh->allocator = t->allocator;
     result = psurf_patches_size(t, PSURF_PM, &patches.layout);
     if (result == PSURF_OK) {
-        const size_t patch_bytes = patches.layout.patch_bytes, scratch_bytes = patches.layout.scratch_bytes;
+        const size_t patch_bytes = patches.layout.patch_bytes,
+                     scratch_bytes = patches.layout.scratch_bytes;
         psurf__block block = {NULL, 0};
         size_t bytes;
         psurf__carve(&block, patch_bytes, 1, 256);
         psurf__carve(&block, scratch_bytes, 1, 256);
         bytes = block.used ? block.used : 1;
-        block.base = bytes == SIZE_MAX ? NULL : (char *)t->allocator.alloc(t->allocator.ctx, bytes, 16);
+        block.base =
+            bytes == SIZE_MAX ? NULL : (char *)t->allocator.alloc(t->allocator.ctx, bytes, 16);
         block.used = 0;
         if (!block.base) result = bytes == SIZE_MAX ? PSURF_TOO_LARGE : PSURF_OUT_OF_MEMORY;
         else {
@@ -3136,7 +3350,10 @@ PSURF_API const char *psurf_kind_name(psurf_kind kind)
 
 PSURF_API uint32_t psurf_version(void) { return PSURF_VERSION; }
 
-PSURF_API uint32_t psurf_abi(void) { return (uint32_t)PSURF_VERSION << 8 | (uint32_t)sizeof(psurf_real); }
+PSURF_API uint32_t psurf_abi(void)
+{
+    return (uint32_t)PSURF_VERSION << 8 | (uint32_t)sizeof(psurf_real);
+}
 
 /* Asks the arithmetic itself, through volatile values that no compiler can fold. */
 PSURF_API int psurf_exact(void)
@@ -3146,7 +3363,8 @@ PSURF_API int psurf_exact(void)
 #else
     const int narrow = sizeof(psurf_real) == 4;
     volatile psurf_real one = 1, small = PSURF__R(narrow ? 1.0 / 4096 : 1.0 / 134217728);
-    volatile psurf_real tiny = PSURF__R(narrow ? 1.17549435e-38 : 2.2250738585072014e-308), half, sum;
+    volatile psurf_real tiny = PSURF__R(narrow ? 1.17549435e-38 : 2.2250738585072014e-308), half,
+                        sum;
     psurf_real square = 1 + small;
     volatile psurf_real minus = -(1 + 2 * small);
     sum = square * square + minus;                      /* small^2 if fused, 0 if rounded between */
@@ -3174,3 +3392,53 @@ PSURF_API int psurf_exact(void)
 #pragma float_control(pop)
 #endif
 #endif /* PSURF_IMPLEMENTATION */
+
+/*
+This software is available under two licences: take whichever you prefer.
+
+------------------------------------------------------------------------------
+ALTERNATIVE A - MIT License
+
+Copyright (c) 2026 the patchsurf authors
+
+Permission is hereby granted, free of charge, to any person obtaining a copy of
+this software and associated documentation files (the "Software"), to deal in
+the Software without restriction, including without limitation the rights to
+use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies
+of the Software, and to permit persons to whom the Software is furnished to do
+so, subject to the following conditions:
+
+The above copyright notice and this permission notice shall be included in all
+copies or substantial portions of the Software.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
+SOFTWARE.
+
+------------------------------------------------------------------------------
+ALTERNATIVE B - Public Domain (Unlicense, www.unlicense.org)
+
+This is free and unencumbered software released into the public domain.
+
+Anyone is free to copy, modify, publish, use, compile, sell, or distribute this
+software, either in source code form or as a compiled binary, for any purpose,
+commercial or non-commercial, and by any means.
+
+In jurisdictions that recognize copyright laws, the author or authors of this
+software dedicate any and all copyright interest in the software to the public
+domain. We make this dedication for the benefit of the public at large and to
+the detriment of our heirs and successors. We intend this dedication to be an
+overt act of relinquishment in perpetuity of all present and future rights to
+this software under copyright law.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN
+ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION
+WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+*/
