@@ -583,7 +583,7 @@ PSURF_API void psurf_smooth_free(psurf_smooth_mesh *mesh);
 
 PSURF_API const char *psurf_result_string(psurf_result result);     /* static text, never NULL */
 PSURF_API const char *psurf_scheme_name(psurf_scheme scheme);       /* "pm"; NULL if out of range */
-PSURF_API const char *psurf_kind_name(psurf_kind kind);             /* "ordinary" ...; or NULL */
+PSURF_API const char *psurf_kind_name(psurf_kind kind);             /* "bicubic" ...; or NULL */
 PSURF_API uint32_t psurf_version(void);         /* PSURF_VERSION of the implementation */
 PSURF_API uint32_t psurf_abi(void);             /* PSURF_VERSION << 8 | sizeof(psurf_real) */
 
@@ -862,6 +862,17 @@ static void *psurf__carve(psurf__block *block, uint64_t count, size_t size, size
 
 #define PSURF__CARVE(block, type, count) ((type *)psurf__carve(block, count, sizeof(type), 16))
 
+/* Allocates a block that was measured, and rewinds it; at least one byte, so NULL is a failure. */
+static psurf_result psurf__allocate(const psurf_allocator *allocator, psurf__block *block,
+                                    size_t *bytes)
+{
+    if (block->used == SIZE_MAX) return PSURF_TOO_LARGE;
+    *bytes = block->used ? block->used : 1;
+    block->used = 0;
+    block->base = (char *)allocator->alloc(allocator->ctx, *bytes, 16);
+    return block->base ? PSURF_OK : PSURF_OUT_OF_MEMORY;
+}
+
 /* >>3 TOPOLOGY ================================================================================
    Faces in, tables out: pair the half-edges, walk the rings, sort the facets by kind. An input
    corner stands for the half-edge from its vertex to the next corner's. Everything after this
@@ -968,6 +979,12 @@ static psurf_result psurf__fail(psurf__builder *b, psurf_result result, uint32_t
     return result;
 }
 
+/* As psurf__fail, where no place in the mesh is to blame. */
+static psurf_result psurf__fail_nowhere(psurf__builder *b, psurf_result result)
+{
+    return psurf__fail(b, result, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+}
+
 static uint32_t psurf__size_of_face(const psurf_mesh_desc *desc, uint32_t face)
 {
     return desc->face_sizes ? desc->face_sizes[face] : desc->uniform_size;
@@ -983,32 +1000,41 @@ static psurf_result psurf__fail_edge(psurf__builder *b, psurf_result result, uin
                        b->desc->face_vertices[b->next[corner]]);
 }
 
-/* Pointers, canaries, flags, counts; sums up the corners. Reads no index yet. */
-static psurf_result psurf__check_desc(psurf__builder *b)
+/* Counts vertices, faces and corners. Equal sizes are looked at once. */
+static psurf_result psurf__count_mesh(psurf__builder *b)
 {
     const psurf_mesh_desc *d = b->desc;
+    const uint32_t sizes = d->face_sizes ? d->face_count : d->face_count > 0;
+    const uint32_t times = d->face_sizes ? 1 : d->face_count;
     uint64_t corners = 0;
     uint32_t f;
-    psurf_real blend = d->default_blend;
-    if (d->_start_canary || d->_end_canary || (d->flags & ~(uint32_t)PSURF_DEFAULT_BLEND) ||
-        (d->face_count && !d->face_vertices) || (d->edge_count && !d->edges) ||
-        d->position_stride % sizeof(psurf_real) ||
-        ((d->flags & PSURF_DEFAULT_BLEND) && !(blend >= 0 && blend <= 1)))
-        return psurf__fail(b, PSURF_BAD_DESC, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
-    for (f = 0; f < d->face_count; f++) {
-        uint32_t size = psurf__size_of_face(d, f);
+    for (f = 0; f < sizes; f++) {
+        const uint32_t size = psurf__size_of_face(d, f);
         if (size < 3 || size > PSURF_MAX_FACE_SIZE)
             return psurf__fail(b, PSURF_BAD_FACE, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
         if (size > 5)
             return psurf__fail(b, PSURF_UNSUPPORTED, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
-        corners += size;
+        corners += (uint64_t)size * times;
     }
     if (corners >= PSURF_WRITER || d->vertex_count >= PSURF_WRITER)
-        return psurf__fail(b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+        return psurf__fail_nowhere(b, PSURF_TOO_LARGE);
     b->vertices = d->vertex_count;
     b->faces = d->face_count;
     b->corners = (uint32_t)corners;
     return PSURF_OK;
+}
+
+/* Pointers, canaries and flags, then the counts. Reads no index yet. */
+static psurf_result psurf__check_desc(psurf__builder *b)
+{
+    const psurf_mesh_desc *d = b->desc;
+    const psurf_real blend = d->default_blend;
+    if (d->_start_canary || d->_end_canary || (d->flags & ~(uint32_t)PSURF_DEFAULT_BLEND) ||
+        (d->face_count && !d->face_vertices) || (d->edge_count && !d->edges) ||
+        d->position_stride % sizeof(psurf_real) ||
+        ((d->flags & PSURF_DEFAULT_BLEND) && !(blend >= 0 && blend <= 1)))
+        return psurf__fail_nowhere(b, PSURF_BAD_DESC);
+    return psurf__count_mesh(b);
 }
 
 static void psurf__carve_builder(psurf__builder *b, psurf__block *block)
@@ -1416,26 +1442,21 @@ static psurf_result psurf__connect(psurf__builder *b)
     return PSURF_OK;
 }
 
-/* Allocates the topology and fills it from a connected builder. */
+/* Allocates the topology and fills it from a connected builder, which holds scratch bytes. */
 static psurf_result psurf__make_topology(psurf__builder *b, const psurf_allocator *allocator,
                                          size_t scratch, psurf_topology **out)
 {
-    psurf_topology measure;
-    psurf__block block = {NULL, sizeof(psurf_topology)};
-    psurf_topology *t;
+    psurf_topology head, *t;
+    psurf__block block = {NULL, 0};
     psurf_result result;
     size_t bytes;
     uint32_t r;
-    psurf__carve_topology(b, &measure, &block);
-    bytes = block.used;
-    if (bytes == SIZE_MAX)
-        return psurf__fail(b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
-    block.base = (char *)allocator->alloc(allocator->ctx, bytes, 16);
-    if (!block.base)
-        return psurf__fail(b, PSURF_OUT_OF_MEMORY, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+    PSURF__CARVE(&block, psurf_topology, 1);
+    psurf__carve_topology(b, &head, &block);
+    result = psurf__allocate(allocator, &block, &bytes);
+    if (result != PSURF_OK) return psurf__fail_nowhere(b, result);
     psurf__clear(block.base, bytes);
-    t = (psurf_topology *)(void *)block.base;
-    block.used = sizeof(psurf_topology);
+    t = PSURF__CARVE(&block, psurf_topology, 1);
     psurf__carve_topology(b, t, &block);
     t->allocator = *allocator;
     for (r = 0; r < b->ring_count; r++) t->rings[r] = b->rings[r];
@@ -1443,10 +1464,27 @@ static psurf_result psurf__make_topology(psurf__builder *b, const psurf_allocato
     psurf__fill_starts(b, t);
     psurf__fill_trig(b, t);
     psurf__fill_facets(b, t);
-    result = psurf__fill_blends(b, t);
     psurf__fill_info(b, t, bytes, scratch);
+    result = psurf__fill_blends(b, t);
     if (result == PSURF_OK) *out = t;
     else allocator->release(allocator->ctx, t, bytes);
+    return result;
+}
+
+/* Runs a checked builder in a scratch block of its own. */
+static psurf_result psurf__build(psurf__builder *b, const psurf_allocator *allocator,
+                                 psurf_topology **topology)
+{
+    psurf__block block = {NULL, 0};
+    psurf_result result;
+    size_t bytes;
+    psurf__carve_builder(b, &block);
+    result = psurf__allocate(allocator, &block, &bytes);
+    if (result != PSURF_OK) return psurf__fail_nowhere(b, result);
+    psurf__carve_builder(b, &block);
+    result = psurf__connect(b);
+    if (result == PSURF_OK) result = psurf__make_topology(b, allocator, bytes, topology);
+    allocator->release(allocator->ctx, block.base, bytes);
     return result;
 }
 
@@ -1454,32 +1492,15 @@ PSURF_API psurf_result psurf_topology_create(const psurf_mesh_desc *desc, psurf_
                                              psurf_error *error)
 {
     psurf__builder b;
-    psurf__block block = {NULL, 0};
     psurf_allocator allocator;
     psurf_result result = PSURF_BAD_DESC;
     psurf__clear(&b, sizeof(b));
     b.error = psurf__no_error(PSURF_BAD_DESC);
     b.desc = desc;
     if (topology) *topology = NULL;
-    if (desc && topology && psurf__allocator(&desc->allocator, &allocator))
+    if (desc && topology && psurf__allocator(&desc->allocator, &allocator)) {
         result = psurf__check_desc(&b);
-    if (result == PSURF_OK) {
-        size_t bytes;
-        psurf__carve_builder(&b, &block);
-        bytes = block.used;
-        if (bytes == SIZE_MAX)
-            result =
-                psurf__fail(&b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, PSURF_NONE, PSURF_NONE);
-        else if ((block.base = (char *)allocator.alloc(allocator.ctx, bytes, 16)) == NULL)
-            result = psurf__fail(&b, PSURF_OUT_OF_MEMORY, PSURF_NONE, PSURF_NONE, PSURF_NONE,
-                                 PSURF_NONE);
-        else {
-            block.used = 0;
-            psurf__carve_builder(&b, &block);
-            result = psurf__connect(&b);
-            if (result == PSURF_OK) result = psurf__make_topology(&b, &allocator, bytes, topology);
-            allocator.release(allocator.ctx, block.base, bytes);
-        }
+        if (result == PSURF_OK) result = psurf__build(&b, &allocator, topology);
     }
     if (error) *error = result == PSURF_OK ? psurf__no_error(PSURF_OK) : b.error;
     return result;
@@ -2882,14 +2903,15 @@ static void psurf__write_index(psurf__indices *out, uint32_t sector, uint32_t x,
     else out->narrow[out->at++] = (uint16_t)(vertex - out->first_vertex);
 }
 
-static void psurf__write_triangles(psurf__indices *out, uint32_t sector, uint32_t x, uint32_t y,
-                                   int both, int quad)
+/* The one or two triangles of the cell at (x, y); triangular lattices end in cells with one. */
+static void psurf__write_cell(psurf__indices *out, uint32_t sector, uint32_t x, uint32_t y,
+                              int both)
 {
     psurf__write_index(out, sector, x, y);
     psurf__write_index(out, sector, x + 1, y);
-    psurf__write_index(out, sector, quad ? x + 1 : x, y + 1);
+    psurf__write_index(out, sector, x, y + 1);
     if (!both) return;
-    psurf__write_index(out, sector, quad ? x : x + 1, quad ? y : y);
+    psurf__write_index(out, sector, x + 1, y);
     psurf__write_index(out, sector, x + 1, y + 1);
     psurf__write_index(out, sector, x, y + 1);
 }
@@ -2903,7 +2925,7 @@ static void psurf__write_indices(psurf__indices *out)
         for (y = 0; y < r; y++) {
             const uint32_t cells = l->size == 4 ? r : r - y;
             for (x = 0; x < cells; x++)
-                psurf__write_triangles(out, s, x, y, l->size == 4 || x + 1 < cells, l->size == 4);
+                psurf__write_cell(out, s, x, y, l->size == 4 || x + 1 < cells);
         }
 }
 
@@ -2937,6 +2959,28 @@ PSURF_API psurf_result psurf_tessellate_size(const psurf_topology *topology,
     return PSURF_OK;
 }
 
+static void psurf__tessellate_face(const psurf_patches *patches, const psurf_tess_desc *desc,
+                                   uint32_t face, const psurf_tess_out *out)
+{
+    const psurf_topology *t = patches->topology;
+    const psurf__lattice lattice = psurf__face_lattice(t, face, desc->rate,
+                                                       !(desc->flags & PSURF_TESS_PER_FACE));
+    if (out->p || out->n || out->where) {
+        psurf__nets nets;
+        psurf__open_nets(&nets, patches, t->face_facet[face]);
+        psurf__write_vertices(&lattice, &nets, out);
+    }
+    if (out->indices) {
+        psurf__indices to;
+        to.lattice = &lattice;
+        to.wide = (desc->flags & PSURF_TESS_INDEX16) ? NULL : (uint32_t *)out->indices;
+        to.narrow = (uint16_t *)out->indices;
+        to.at = (size_t)(3 * psurf__triangles_before(t, face, desc->rate)) - out->first_index;
+        to.first_vertex = out->first_vertex;
+        psurf__write_indices(&to);
+    }
+}
+
 PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psurf_tess_desc *desc,
                                         uint32_t first_face, uint32_t face_count,
                                         const psurf_tess_out *out)
@@ -2955,26 +2999,21 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
         (uint64_t)span.first_vertex + span.vertex_count - out->first_vertex > 0xFFFFu)
         return PSURF_TOO_LARGE;
     end = psurf__range_end(first_face, face_count, patches->topology->info.faces);
-    for (f = first_face; f < end; f++) {
-        const psurf__lattice lattice = psurf__face_lattice(patches->topology, f, desc->rate,
-                                                           !(desc->flags & PSURF_TESS_PER_FACE));
-        if (out->p || out->n || out->where) {
-            psurf__nets nets;
-            psurf__open_nets(&nets, patches, patches->topology->face_facet[f]);
-            psurf__write_vertices(&lattice, &nets, out);
-        }
-        if (out->indices) {
-            psurf__indices to;
-            to.lattice = &lattice;
-            to.wide = (desc->flags & PSURF_TESS_INDEX16) ? NULL : (uint32_t *)out->indices;
-            to.narrow = (uint16_t *)out->indices;
-            to.at = (size_t)(3 * psurf__triangles_before(patches->topology, f, desc->rate)) -
-                    out->first_index;
-            to.first_vertex = out->first_vertex;
-            psurf__write_indices(&to);
-        }
-    }
+    for (f = first_face; f < end; f++) psurf__tessellate_face(patches, desc, f, out);
     return PSURF_OK;
+}
+
+/* The weight of corner c of the face at a place. */
+static psurf_real psurf__corner_weight(const psurf__place *place, uint32_t c)
+{
+    const psurf_real *w = place->w;
+    psurf_real weight;
+    if (place->size == 3) return w[c];
+    if (place->size == 4) return (c == 1 || c == 2 ? w[1] : w[0]) * (c < 2 ? w[2] : w[3]);
+    weight = w[2] / PSURF__R(place->size);
+    if (c == place->sector) weight += w[0];
+    if (c == psurf__following(place->sector, place->size)) weight += w[1];
+    return weight;
 }
 
 PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sample *samples,
@@ -2986,23 +3025,12 @@ PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sam
     if (!t->info.faces) return;
     for (i = 0; i < count; i++) {
         const psurf__place place = psurf__find_place(t, &samples[i]);
-        const float *values =
-            corner_values + (size_t)psurf__face_start(t, place.face).corner * width;
-        const psurf_real *w = place.w;
+        const size_t first = psurf__face_start(t, place.face).corner;
         for (k = 0; k < width; k++) {
             psurf_real sum = 0;
-            for (c = 0; c < place.size; c++) {
-                psurf_real weight;
-                if (place.size == 3) weight = w[c];
-                else if (place.size == 4)
-                    weight = (c == 1 || c == 2 ? w[1] : w[0]) * w[c < 2 ? 2 : 3];
-                else {
-                    weight = w[2] / PSURF__R(place.size);
-                    if (c == place.sector) weight += w[0];
-                    if (c == psurf__following(place.sector, place.size)) weight += w[1];
-                }
-                sum += weight * PSURF__R(values[(size_t)c * width + k]);
-            }
+            for (c = 0; c < place.size; c++)
+                sum += psurf__corner_weight(&place, c) *
+                       PSURF__R(corner_values[(first + c) * width + k]);
             out[(size_t)i * width + k] = (float)sum;
         }
     }
@@ -3241,37 +3269,32 @@ PSURF_API void psurf_bounds(const psurf_patches *patches, uint32_t first_face, u
 
 /* >>9 ALL AT ONCE, AND BUILD FACTS ============================================================ */
 
-static psurf_result psurf__make_smooth(const psurf_topology *t, const psurf_mesh_desc *desc,
-                                       const psurf_patches *patches, uint32_t rate,
+static void psurf__carve_smooth(psurf_smooth_mesh *mesh, psurf__block *block)
+{
+    mesh->positions = PSURF__CARVE(block, psurf_real, 3 * (uint64_t)mesh->vertex_count);
+    mesh->normals = PSURF__CARVE(block, psurf_real, 3 * (uint64_t)mesh->vertex_count);
+    mesh->indices = PSURF__CARVE(block, uint32_t, mesh->index_count);
+    mesh->where = PSURF__CARVE(block, psurf_sample, mesh->vertex_count);
+}
+
+/* Tessellates constructed patches into memory of the mesh. */
+static psurf_result psurf__fill_smooth(const psurf_patches *patches, uint32_t rate,
                                        psurf_smooth_mesh *mesh)
 {
     psurf_tess_desc tess = {0, 0, 0, 0};
-    psurf_construct_desc construct = {0, NULL, 0, NULL, 0};
-    psurf_tess_span span;
     psurf_tess_out out = {NULL, NULL, 0, 0, NULL, NULL, 0, 0};
     psurf__block block = {NULL, 0};
+    psurf_tess_span span;
     psurf_result result;
-    int round;
     tess.rate = rate;
-    construct.positions = desc->positions;
-    construct.position_stride = desc->position_stride;
-    result = psurf_construct(patches, &construct);
-    if (result == PSURF_OK) result = psurf_tessellate_size(t, &tess, 0, PSURF_NONE, &span);
-    for (round = 0; round < 2 && result == PSURF_OK; round++) {         /* measure, then carve */
-        block.used = 0;
-        mesh->positions = PSURF__CARVE(&block, psurf_real, 3 * (uint64_t)span.vertex_count);
-        mesh->normals = PSURF__CARVE(&block, psurf_real, 3 * (uint64_t)span.vertex_count);
-        mesh->indices = PSURF__CARVE(&block, uint32_t, span.index_count);
-        mesh->where = PSURF__CARVE(&block, psurf_sample, span.vertex_count);
-        if (block.base) break;
-        mesh->bytes = block.used ? block.used : 1;
-        if (block.used == SIZE_MAX) result = PSURF_TOO_LARGE;
-        else block.base = (char *)mesh->allocator.alloc(mesh->allocator.ctx, mesh->bytes, 16);
-        if (result == PSURF_OK && !block.base) result = PSURF_OUT_OF_MEMORY;
-    }
+    result = psurf_tessellate_size(patches->topology, &tess, 0, PSURF_NONE, &span);
     if (result != PSURF_OK) return result;
     mesh->vertex_count = span.vertex_count;
     mesh->index_count = span.index_count;
+    psurf__carve_smooth(mesh, &block);
+    result = psurf__allocate(&mesh->allocator, &block, &mesh->bytes);
+    if (result != PSURF_OK) return result;
+    psurf__carve_smooth(mesh, &block);
     out.p = mesh->positions;
     out.n = mesh->normals;
     out.indices = mesh->indices;
@@ -3279,42 +3302,46 @@ static psurf_result psurf__make_smooth(const psurf_topology *t, const psurf_mesh
     return psurf_tessellate(patches, &tess, 0, PSURF_NONE, &out);
 }
 
+/* Constructs the patches in a block that lives only here. */
+static psurf_result psurf__make_smooth(const psurf_topology *t, const psurf_mesh_desc *desc,
+                                       uint32_t rate, psurf_smooth_mesh *mesh)
+{
+    psurf_construct_desc construct = {0, NULL, 0, NULL, 0};
+    psurf__block block = {NULL, 0};
+    psurf_patches_layout layout;
+    psurf_patches patches;
+    size_t bytes = 0;
+    psurf_result result = psurf_patches_size(t, PSURF_PM, &layout);
+    if (result != PSURF_OK) return result;
+    psurf__carve(&block, layout.patch_bytes, 1, 16);
+    psurf__carve(&block, layout.scratch_bytes, 1, 16);
+    result = psurf__allocate(&t->allocator, &block, &bytes);
+    if (result != PSURF_OK) return result;
+    patches.patches = psurf__carve(&block, layout.patch_bytes, 1, 16);
+    patches.scratch = psurf__carve(&block, layout.scratch_bytes, 1, 16);
+    construct.positions = desc->positions;
+    construct.position_stride = desc->position_stride;
+    result = psurf_patches_bind(&patches, t, PSURF_PM, patches.patches, patches.scratch);
+    if (result == PSURF_OK) result = psurf_construct(&patches, &construct);
+    if (result == PSURF_OK) result = psurf__fill_smooth(&patches, rate, mesh);
+    t->allocator.release(t->allocator.ctx, block.base, bytes);
+    return result;
+}
+
 PSURF_API psurf_result psurf_smooth(const psurf_mesh_desc *desc, uint32_t rate,
                                     psurf_smooth_mesh *mesh, psurf_error *error)
 {
-    const psurf_smooth_mesh none = {0, 0, NULL, NULL, NULL, NULL, 0, {NULL, NULL, NULL}};
     psurf_topology *t = NULL;
-    psurf_patches patches;
     psurf_result result = PSURF_BAD_DESC;
     if (error) *error = psurf__no_error(PSURF_BAD_DESC);
     if (!mesh) return result;
-    *mesh = none;
+    psurf__clear(mesh, sizeof(*mesh));
     if (!desc || !desc->positions || rate < 1 || rate > PSURF_MAX_RATE) return result;
     result = psurf_topology_create(desc, &t, error);
     if (result != PSURF_OK) return result;
     mesh->allocator = t->allocator;
-    result = psurf_patches_size(t, PSURF_PM, &patches.layout);
-    if (result == PSURF_OK) {
-        const size_t patch_bytes = patches.layout.patch_bytes,
-                     scratch_bytes = patches.layout.scratch_bytes;
-        psurf__block block = {NULL, 0};
-        size_t bytes;
-        psurf__carve(&block, patch_bytes, 1, 256);
-        psurf__carve(&block, scratch_bytes, 1, 256);
-        bytes = block.used ? block.used : 1;
-        block.base =
-            bytes == SIZE_MAX ? NULL : (char *)t->allocator.alloc(t->allocator.ctx, bytes, 16);
-        block.used = 0;
-        if (!block.base) result = bytes == SIZE_MAX ? PSURF_TOO_LARGE : PSURF_OUT_OF_MEMORY;
-        else {
-            void *patch_memory = psurf__carve(&block, patch_bytes, 1, 256);
-            void *scratch = psurf__carve(&block, scratch_bytes, 1, 256);
-            result = psurf_patches_bind(&patches, t, PSURF_PM, patch_memory, scratch);
-            if (result == PSURF_OK) result = psurf__make_smooth(t, desc, &patches, rate, mesh);
-            t->allocator.release(t->allocator.ctx, block.base, bytes);
-        }
-    }
-    if (result != PSURF_OK) *mesh = none;
+    result = psurf__make_smooth(t, desc, rate, mesh);
+    if (result != PSURF_OK) psurf__clear(mesh, sizeof(*mesh));
     if (error) *error = psurf__no_error(result);
     psurf_topology_destroy(t);
     return result;
@@ -3322,10 +3349,9 @@ PSURF_API psurf_result psurf_smooth(const psurf_mesh_desc *desc, uint32_t rate,
 
 PSURF_API void psurf_smooth_free(psurf_smooth_mesh *mesh)
 {
-    const psurf_smooth_mesh none = {0, 0, NULL, NULL, NULL, NULL, 0, {NULL, NULL, NULL}};
     if (!mesh) return;
-    if (mesh->positions) mesh->allocator.release(mesh->allocator.ctx, mesh->positions, mesh->bytes);
-    *mesh = none;
+    if (mesh->bytes) mesh->allocator.release(mesh->allocator.ctx, mesh->positions, mesh->bytes);
+    psurf__clear(mesh, sizeof(*mesh));
 }
 
 PSURF_API const char *psurf_result_string(psurf_result result)
