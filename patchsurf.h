@@ -2145,41 +2145,53 @@ static void psurf__bernstein(psurf_real t0, psurf_real t1, psurf_real b3[4], psu
     b2[2] = t1 * t1;
 }
 
-/* Value, first and second derivative of a cubic with points at the given distance in reals.
-   Derivatives come from differences of points, which keep their digits far from the origin. */
-static void psurf__cubic(const psurf_real *points, size_t step, const psurf_real *b3,
-                         const psurf_real *b2, psurf_real t0, psurf_real t1, psurf__v3 out[3])
+/* Value, derivative and, if asked for, second derivative of a cubic. Derivatives come from
+   differences of points, which keep their digits far from the origin. */
+static void psurf__cubic(const psurf__v3 p[4], const psurf_real *b3, const psurf_real *b2,
+                         const psurf_real *t, int second, psurf__v3 out[3])
 {
-    psurf__v3 p[4], d[3];
-    int k;
-    for (k = 0; k < 4; k++) p[k] = psurf__get(points + (size_t)k * step);
-    for (k = 0; k < 3; k++) d[k] = psurf__sub(p[k + 1], p[k]);
+    const psurf__v3 d0 = psurf__sub(p[1], p[0]), d1 = psurf__sub(p[2], p[1]);
+    const psurf__v3 d2 = psurf__sub(p[3], p[2]);
     out[0] = psurf__add(psurf__mix(b3[0], p[0], b3[1], p[1]), psurf__mix(b3[2], p[2], b3[3], p[3]));
-    out[1] = psurf__mul(psurf__mad(psurf__mix(b2[0], d[0], b2[1], d[1]), b2[2], d[2]), 3);
-    out[2] = psurf__mul(psurf__mix(t0, psurf__sub(d[1], d[0]), t1, psurf__sub(d[2], d[1])), 6);
+    out[1] = psurf__mul(psurf__mad(psurf__mix(b2[0], d0, b2[1], d1), b2[2], d2), 3);
+    if (second)
+        out[2] = psurf__mul(psurf__mix(t[0], psurf__sub(d1, d0), t[1], psurf__sub(d2, d1)), 6);
+}
+
+/* The same of the row of a net that starts at points. */
+static void psurf__cubic_row(const psurf_real *points, const psurf_real *b3, const psurf_real *b2,
+                             const psurf_real *t, int second, psurf__v3 out[3])
+{
+    psurf__v3 p[4];
+    int k;
+    for (k = 0; k < 4; k++) p[k] = psurf__get(points + 3 * k);
+    psurf__cubic(p, b3, b2, t, second, out);
 }
 
 static void psurf__bicubic_jet(const psurf_real *g, const psurf__spot *spot, int second,
                                psurf__jet *jet)
 {
-    psurf_real u3[4], u2[3], v3[4], v2[3], rows[3][12];
-    psurf__v3 along[3], across[3];
-    uint32_t j, k;
-    psurf__bernstein(spot->w[0], spot->w[1], u3, u2);
-    psurf__bernstein(spot->w[2], spot->w[3], v3, v2);
+    const psurf_real *u = spot->w, *v = spot->w + 2;
+    psurf_real u3[4], u2[3], v3[4], v2[3];
+    psurf__v3 rows[3][4], along[3], across[3];
+    uint32_t j;
+    psurf__bernstein(u[0], u[1], u3, u2);
+    psurf__bernstein(v[0], v[1], v3, v2);
     for (j = 0; j < 4; j++) {                           /* rows along u: value and derivatives */
-        psurf__cubic(g + 12 * j, 3, u3, u2, spot->w[0], spot->w[1], along);
-        for (k = 0; k < 3; k++) psurf__put(rows[k] + 3 * j, along[k]);
+        psurf__cubic_row(g + 12 * j, u3, u2, u, second, along);
+        rows[0][j] = along[0];
+        rows[1][j] = along[1];
+        if (second) rows[2][j] = along[2];
     }
-    psurf__cubic(rows[0], 3, v3, v2, spot->w[2], spot->w[3], across);
+    psurf__cubic(rows[0], v3, v2, v, second, across);
     jet->p = across[0];
     jet->dv = across[1];
-    jet->dvv = across[2];
-    psurf__cubic(rows[1], 3, v3, v2, spot->w[2], spot->w[3], across);
+    if (second) jet->dvv = across[2];
+    psurf__cubic(rows[1], v3, v2, v, 0, across);
     jet->du = across[0];
     jet->duv = across[1];
     if (!second) return;
-    psurf__cubic(rows[2], 3, v3, v2, spot->w[2], spot->w[3], across);
+    psurf__cubic(rows[2], v3, v2, v, 0, across);
     jet->duu = across[0];
 }
 
@@ -2220,7 +2232,7 @@ static void psurf__polar_jet(const psurf_real *h, const psurf__spot *spot, int s
     psurf__v3 row[3][3], pole = psurf__get(h + 36), d0, d1, d2;
     uint32_t j;
     psurf__bernstein(spot->w[0], spot->w[1], u3, u2);
-    for (j = 0; j < 3; j++) psurf__cubic(h + 12 * j, 3, u3, u2, spot->w[0], spot->w[1], row[j]);
+    for (j = 0; j < 3; j++) psurf__cubic_row(h + 12 * j, u3, u2, spot->w, second, row[j]);
     d0 = psurf__sub(row[1][0], row[0][0]);
     d1 = psurf__sub(row[2][0], row[1][0]);
     d2 = psurf__sub(pole, row[2][0]);
@@ -2831,7 +2843,8 @@ static void psurf__open_nets(psurf__nets *nets, const psurf_patches *p, uint32_t
     for (i = 0; i < PSURF__MAX_SECTORS; i++) nets->net[i] = NULL;
 }
 
-/* Position and normal at lattice weights: for tessellation of both sorts, and for checks. */
+/* Position and, unless NULL, normal at lattice weights: for tessellation of both sorts and for
+   checks. */
 static void psurf__lattice_point(psurf__nets *nets, uint32_t sector, const psurf_real *w,
                                  psurf_real rate, psurf__v3 *p, psurf__v3 *n)
 {
@@ -2846,7 +2859,7 @@ static void psurf__lattice_point(psurf__nets *nets, uint32_t sector, const psurf
     }
     psurf__evaluate(&nets->view, net, &spot, 0, &jet);
     *p = jet.p;
-    *n = psurf__normal(&nets->view, net, &spot, &jet);
+    if (n) *n = psurf__normal(&nets->view, net, &spot, &jet);
 }
 
 static void psurf__write_vertex(const psurf__lattice *l, psurf__nets *nets, uint32_t sector,
@@ -2859,10 +2872,10 @@ static void psurf__write_vertex(const psurf__lattice *l, psurf__nets *nets, uint
     if (!writes) return;
     psurf__lattice_weights(l->size, l->rate, x, y, w);
     if (out->p || out->n) {
-        psurf__v3 p, n;
-        psurf__lattice_point(nets, sector, w, rate, &p, &n);
+        psurf__v3 p, n = psurf__zero();
+        psurf__lattice_point(nets, sector, w, rate, &p, out->n ? &n : NULL);
         psurf__put_at(out->p, psurf__stride(out->p_stride, 3), index, p);
-        psurf__put_at(out->n, psurf__stride(out->n_stride, 3), index, n);
+        if (out->n) psurf__put(out->n + index * psurf__stride(out->n_stride, 3), n);
     }
     if (out->where) {
         psurf_sample *where = &out->where[index];
