@@ -333,14 +333,20 @@ typedef struct psurf_facet {
     uint32_t piece;                  /* bits 0-15: piece of a split face; 16-17: corner A (polar) */
 } psurf_facet;
 typedef struct psurf_edge { uint32_t corner, other; } psurf_edge;   /* corners; the writer first */
+/* Rows of a valence n, from psurf_ring.trig: first the scales 9/(n(n+5)) of the limit point and
+   1/(2 n lambda_n) of the tangents, then cosine and sine of j/n turns, j = 0 .. n-1. */
 typedef struct psurf_trig { psurf_real c, s; } psurf_trig;
 #define PSURF_WRITER 0x80000000u        /* bit 31 of psurf_corner.ring and .edge */
 #define PSURF_POLAR_RING 0x80000000u    /* bit 31 of psurf_ring.valence */
 
+/* All tables lie in one block, each at a multiple of 256 bytes from its start: one copy uploads
+   them. Shaders that read ring or edge of a corner, or valence of a ring, mask the flag bits. */
 typedef struct psurf_table { const void *data; uint32_t count, stride; } psurf_table;
 typedef struct psurf_tables {
+    const void *block;
+    size_t block_bytes;
     psurf_table rings, spokes, corners, facets, edges, trig;
-    psurf_table blends;                 /* psurf_real per spoke; empty where all are 2/3 */
+    psurf_table blends;                 /* psurf_real per spoke; count 0 where all are 2/3 */
     psurf_table face_facet;             /* uint32_t per face: its first facet */
     uint32_t kind_first[PSURF_KIND_COUNT + 1];          /* first facet of each kind */
     uint32_t kind_first_corner[PSURF_KIND_COUNT + 1];
@@ -861,6 +867,8 @@ static void *psurf__carve(psurf__block *block, uint64_t count, size_t size, size
 }
 
 #define PSURF__CARVE(block, type, count) ((type *)psurf__carve(block, count, sizeof(type), 16))
+#define PSURF__CARVE_TABLE(block, type, count) \
+    ((type *)psurf__carve(block, count, sizeof(type), 256))
 
 /* Allocates a block that was measured, and rewinds it; at least one byte, so NULL is a failure. */
 static psurf_result psurf__allocate(const psurf_allocator *allocator, psurf__block *block,
@@ -894,6 +902,7 @@ struct psurf_topology {
     psurf__start *starts;             /* what lies before each face; NULL where all have one size */
     uint32_t uniform_size;
     uint32_t corner_count, trig_count;
+    size_t table_bytes;                 /* from rings to the end of the last table */
     uint32_t vertex_rings;              /* rings in the order of vertices; further fans follow */
     uint32_t kind_first[PSURF_KIND_COUNT + 1];
     uint32_t kind_first_corner[PSURF_KIND_COUNT + 1];
@@ -956,6 +965,7 @@ typedef struct psurf__builder {
     const psurf_mesh_desc *desc;
     psurf_error error;
     uint32_t vertices, faces, corners, edges, ring_count, vertex_rings, max_valence, trig_count;
+    uint32_t uniform_size;              /* of all faces, or 0 */
     uint32_t *next, *prev;              /* corner of the same face */
     uint32_t *twin;                     /* the half-edge that runs the other way */
     uint32_t *edge, *order;             /* edge number; corners sorted by edge */
@@ -1000,20 +1010,22 @@ static psurf_result psurf__fail_edge(psurf__builder *b, psurf_result result, uin
                        b->desc->face_vertices[b->next[corner]]);
 }
 
-/* Counts vertices, faces and corners. Equal sizes are looked at once. */
+/* Counts vertices, faces and corners. */
 static psurf_result psurf__count_mesh(psurf__builder *b)
 {
     const psurf_mesh_desc *d = b->desc;
     const uint32_t sizes = d->face_sizes ? d->face_count : d->face_count > 0;
-    const uint32_t times = d->face_sizes ? 1 : d->face_count;
+    const uint32_t times = d->face_sizes ? 1 : d->face_count;   /* equal sizes are looked at once */
     uint64_t corners = 0;
     uint32_t f;
+    b->uniform_size = sizes ? psurf__size_of_face(d, 0) : 0;
     for (f = 0; f < sizes; f++) {
         const uint32_t size = psurf__size_of_face(d, f);
         if (size < 3 || size > PSURF_MAX_FACE_SIZE)
             return psurf__fail(b, PSURF_BAD_FACE, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
         if (size > 5)
             return psurf__fail(b, PSURF_UNSUPPORTED, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+        if (size != b->uniform_size) b->uniform_size = 0;
         corners += (uint64_t)size * times;
     }
     if (corners >= PSURF_WRITER || d->vertex_count >= PSURF_WRITER)
@@ -1277,18 +1289,22 @@ static int psurf__has_blends(const psurf_mesh_desc *desc)
     return 0;
 }
 
+/* The object, and the tables behind it in one block for upload. */
 static void psurf__carve_topology(const psurf__builder *b, psurf_topology *t, psurf__block *block)
 {
-    uint64_t starts = b->desc->face_sizes ? (uint64_t)b->faces + 1 : 0;
-    t->rings = PSURF__CARVE(block, psurf_ring, b->ring_count);
-    t->spokes = PSURF__CARVE(block, psurf_spoke, b->corners);
-    t->corners = PSURF__CARVE(block, psurf_corner, b->corners);
-    t->facets = PSURF__CARVE(block, psurf_facet, b->faces);
-    t->edges = PSURF__CARVE(block, psurf_edge, b->edges);
-    t->trig = PSURF__CARVE(block, psurf_trig, b->trig_count);
-    t->face_facet = PSURF__CARVE(block, uint32_t, b->faces);
-    t->starts = starts ? PSURF__CARVE(block, psurf__start, starts) : NULL;
-    t->blends = psurf__has_blends(b->desc) ? PSURF__CARVE(block, psurf_real, b->corners) : NULL;
+    const uint64_t corners = b->corners;
+    if (!b->uniform_size) t->starts = PSURF__CARVE(block, psurf__start, (uint64_t)b->faces + 1);
+    psurf__carve(block, 0, 1, 256);
+    t->table_bytes = block->used;
+    t->rings = PSURF__CARVE_TABLE(block, psurf_ring, b->ring_count);
+    t->spokes = PSURF__CARVE_TABLE(block, psurf_spoke, corners);
+    t->corners = PSURF__CARVE_TABLE(block, psurf_corner, corners);
+    t->facets = PSURF__CARVE_TABLE(block, psurf_facet, b->faces);
+    t->edges = PSURF__CARVE_TABLE(block, psurf_edge, b->edges);
+    t->trig = PSURF__CARVE_TABLE(block, psurf_trig, b->trig_count);
+    t->face_facet = PSURF__CARVE_TABLE(block, uint32_t, b->faces);
+    if (psurf__has_blends(b->desc)) t->blends = PSURF__CARVE_TABLE(block, psurf_real, corners);
+    t->table_bytes = block->used - t->table_bytes;
 }
 
 static void psurf__fill_trig(const psurf__builder *b, psurf_topology *t)
@@ -1315,7 +1331,7 @@ static void psurf__fill_starts(const psurf__builder *b, psurf_topology *t)
 {
     psurf__start s = {0, 0, 0};
     uint32_t f;
-    t->uniform_size = t->starts ? 0 : b->desc->uniform_size;
+    t->uniform_size = b->uniform_size;
     if (!t->starts) return;
     for (f = 0; f < b->faces; f++) {
         uint32_t size = psurf__size_of_face(b->desc, f);
@@ -1446,13 +1462,13 @@ static psurf_result psurf__connect(psurf__builder *b)
 static psurf_result psurf__make_topology(psurf__builder *b, const psurf_allocator *allocator,
                                          size_t scratch, psurf_topology **out)
 {
-    psurf_topology head, *t;
+    psurf_topology sizes, *t;
     psurf__block block = {NULL, 0};
     psurf_result result;
     size_t bytes;
     uint32_t r;
     PSURF__CARVE(&block, psurf_topology, 1);
-    psurf__carve_topology(b, &head, &block);
+    psurf__carve_topology(b, &sizes, &block);
     result = psurf__allocate(allocator, &block, &bytes);
     if (result != PSURF_OK) return psurf__fail_nowhere(b, result);
     psurf__clear(block.base, bytes);
@@ -1532,6 +1548,8 @@ PSURF_API void psurf_topology_tables(const psurf_topology *topology, psurf_table
 {
     const psurf_topology *t = topology;
     uint32_t k;
+    tables->block = t->rings;
+    tables->block_bytes = t->table_bytes;
     tables->rings = psurf__table(t->rings, t->info.rings, sizeof(psurf_ring));
     tables->spokes = psurf__table(t->spokes, t->info.spokes, sizeof(psurf_spoke));
     tables->corners = psurf__table(t->corners, t->corner_count, sizeof(psurf_corner));
@@ -3419,6 +3437,7 @@ PSURF_API int psurf_exact(void)
 
 #undef PSURF__R
 #undef PSURF__CARVE
+#undef PSURF__CARVE_TABLE
 #undef PSURF__ASSERT_SIZE
 #if defined(__clang__)
 #if defined(__x86_64__) || defined(__i386__)
