@@ -3118,6 +3118,7 @@ static void psurf__side_point(psurf__side *side, uint32_t rate, uint32_t k, psur
                               psurf__v3 *n)
 {
     const uint32_t e = side->edge, l = rate - k;
+    uint32_t sector = e;
     psurf_real w[4];
     if (side->size == 4) {
         const uint32_t x = e == 0 ? k : e == 1 ? rate : e == 2 ? l : 0;
@@ -3127,10 +3128,11 @@ static void psurf__side_point(psurf__side *side, uint32_t rate, uint32_t k, psur
         w[e] = PSURF__R(l);
         w[(e + 1) % 3] = PSURF__R(k);
         w[(e + 2) % 3] = 0;
-    } else {
-        psurf__lattice_weights(side->size, rate, k, 0, w);
+    } else {                                            /* its end belongs to the next sector */
+        if (k == rate) sector = psurf__following(e, side->size);
+        psurf__lattice_weights(side->size, rate, k == rate ? 0 : k, 0, w);
     }
-    psurf__lattice_point(&side->nets, e, w, PSURF__R(rate), p, n);
+    psurf__lattice_point(&side->nets, sector, w, PSURF__R(rate), p, n);
 }
 
 static psurf__v3 psurf__corner_position(const psurf_topology *t, const psurf__control *control,
