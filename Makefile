@@ -1,0 +1,142 @@
+# Every task of this repository. The library itself needs no building: it is patchsurf.h.
+
+define HELP
+make deps     install what demo and test need (gcc, cmocka, python3), where it is missing
+make demo     build the tool and turn the sample meshes into smooth GLB files in build/demo
+make test     build and run every test
+make matrix   compilers, standards, sanitizers, architectures, fuzzing; installs what they need
+make tool     build/patchsurf, the command-line tool
+make bench    build and run the benchmark
+make clean    remove build/
+
+CC, CFLAGS   the compiler and its flags, here: $(CC) $(CFLAGS)
+endef
+
+.DEFAULT_GOAL := help
+.PHONY: help deps demo test matrix tool bench clean run-tests FORCE
+.DELETE_ON_ERROR:
+.SECONDARY:
+
+ifeq ($(origin CC),default)
+CC := gcc
+endif
+CFLAGS ?= -O2
+WARNINGS := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wcast-align \
+  -Wcast-qual -Wundef -Wdouble-promotion -Wstrict-prototypes -Wmissing-prototypes -Wformat=2 \
+  -Wswitch-enum -Wvla -Wwrite-strings
+TEST_FLAGS := -Wall -Wextra
+# With sanitizers, gcc warns of values it has lost sight of.
+SANITIZE := -g -fsanitize=address,undefined -fno-sanitize-recover=all -Wno-maybe-uninitialized
+# A status of its own, so that no test takes a sanitizer's report for the tool's verdict.
+SANITIZED_EXIT := ASAN_OPTIONS=exitcode=99 UBSAN_OPTIONS=exitcode=99
+# $(call COMPILE,FLAGS,LIBRARIES): the program of a target from its first prerequisite. V=1 shows how.
+COMPILE = $(if $(V),,@echo '  $(CC) $@' &&) $(CC) -std=c99 -I. -MMD -MP $(1) $< -o $@ $(2) -lm
+
+# `make deps test` installs before it compiles, with -j as well.
+AFTER_DEPS := $(filter deps,$(MAKECMDGOALS))
+
+help:
+	$(info $(HELP))
+	@:
+
+deps:
+	@sh tests/deps.sh base
+
+clean:
+	rm -rf build
+
+# ---- the tool and what it makes ------------------------------------------------------------------
+
+TOOL := build/patchsurf
+MESHES := $(sort $(wildcard examples/meshes/*.obj))
+DEMOS := $(MESHES:examples/meshes/%.obj=build/demo/%.glb)
+
+tool: $(TOOL)
+
+$(TOOL): examples/patchsurf.c | build $(AFTER_DEPS)
+	$(call COMPILE,$(CFLAGS) $(WARNINGS))
+
+build/demo/%.glb: examples/meshes/%.obj $(TOOL) | build/demo
+	@$(TOOL) tessellate --quiet $< -o $@
+
+demo: $(DEMOS)
+	@echo 'Smooth surfaces of the sample meshes, for any glTF viewer:'
+	@for glb in $^; do \
+	    printf '  %-34s %8d bytes\n' "$$glb" $$(wc -c < "$$glb"); \
+	done
+
+BENCH_FLAGS := -O3
+build/bench: bench/bench.c | build $(AFTER_DEPS)
+	$(call COMPILE,$(BENCH_FLAGS) -DBENCH_FLAGS='"$(BENCH_FLAGS)"' $(WARNINGS))
+
+bench: build/bench
+	@build/bench
+
+build build/demo build/test build/san:
+	@mkdir -p $@
+
+# ---- tests ---------------------------------------------------------------------------------------
+
+# Every tests/test_X.c is a cmocka program, built for float and for double, plain and with
+# sanitizers. Every tests/*.py judges the tool or the sources. One step each.
+
+# Meshes kept beside the checkout are tried too where they are there.
+MESHES_TOO ?= $(wildcard ../shared/meshes/spot_control.obj)
+
+PROGRAMS := $(patsubst tests/%.c,%,$(sort $(wildcard tests/test_*.c)))
+PROGRAM_STEPS := $(foreach t,$(PROGRAMS),$(t) $(t)_double $(t).sanitized $(t)_double.sanitized)
+SCRIPTS := $(patsubst tests/%.py,%,$(sort $(wildcard tests/test_*.py)))
+TOOL_STEPS := cracks cracks_found counts $(foreach t,$(SCRIPTS),$(t) $(t).sanitized)
+STEPS := $(TOOL_STEPS) $(PROGRAM_STEPS) symbols docs
+RUN := @sh tests/step.sh build/results
+
+# Without -j on the command line, all processors work.
+JOBS = $(if $(findstring -j,$(MAKEFLAGS)),,-j$(shell nproc))
+
+test: $(AFTER_DEPS)
+	@rm -rf build/results && mkdir -p build/results
+	@echo $(STEPS) > build/results/steps
+	@$(MAKE) -k --no-print-directory $(JOBS) run-tests || true
+	@sh tests/step.sh build/results
+
+run-tests: $(STEPS:%=build/results/%)
+
+build/test_%_double: tests/test_%.c | build $(AFTER_DEPS)
+	$(call COMPILE,$(CFLAGS) $(TEST_FLAGS) -DPSURF_REAL=double,-lcmocka)
+build/test_%: tests/test_%.c | build $(AFTER_DEPS)
+	$(call COMPILE,$(CFLAGS) $(TEST_FLAGS),-lcmocka)
+build/san/test_%_double: tests/test_%.c | build/san $(AFTER_DEPS)
+	$(call COMPILE,-O1 $(SANITIZE) $(TEST_FLAGS) -DPSURF_REAL=double,-lcmocka)
+build/san/test_%: tests/test_%.c | build/san $(AFTER_DEPS)
+	$(call COMPILE,-O1 $(SANITIZE) $(TEST_FLAGS),-lcmocka)
+build/san/patchsurf: examples/patchsurf.c | build/san $(AFTER_DEPS)
+	$(call COMPILE,-O1 $(SANITIZE) $(WARNINGS))
+
+build/results/test_%.sanitized: build/san/test_% FORCE
+	$(RUN) $(@F) $<
+build/results/symbols: FORCE
+	$(RUN) $(@F) sh tests/check_symbols.sh $(CC)
+build/results/docs: FORCE
+	$(RUN) $(@F) python3 tests/check_docs.py $(CC)
+build/results/counts: $(TOOL) FORCE
+	$(RUN) $(@F) python3 tests/count_mesh.py --tool $(TOOL) $(MESHES) $(MESHES_TOO)
+build/results/cracks: $(TOOL) FORCE
+	$(RUN) $(@F) python3 tests/check_cracks.py --tool $(TOOL) --rates 1,2,3,7,8 $(MESHES)
+build/results/cracks_found: $(TOOL) FORCE
+	@STEP_EXPECT=1 sh tests/step.sh build/results $(@F) \
+	    python3 tests/check_cracks.py --tool $(TOOL) --rates 3 --flip $(firstword $(MESHES))
+$(SCRIPTS:%=build/results/%): build/results/%: tests/%.py $(TOOL) FORCE
+	$(RUN) $(@F) python3 $< $(TOOL)
+$(SCRIPTS:%=build/results/%.sanitized): build/results/%.sanitized: \
+  tests/%.py build/san/patchsurf FORCE
+	@$(SANITIZED_EXIT) sh tests/step.sh build/results $(@F) python3 $< build/san/patchsurf
+build/results/test_%: build/test_% FORCE
+	$(RUN) $(@F) $<
+
+FORCE:
+
+matrix:
+	@sh tests/deps.sh matrix
+	@bash tests/matrix.sh
+
+-include $(wildcard build/*.d build/san/*.d)

@@ -1,0 +1,1739 @@
+/* patchsurf: smooth surfaces from polygon meshes, on the command line.
+
+       cc -O2 patchsurf.c -o patchsurf -lm
+       ./patchsurf --help
+
+   From top to bottom: messages, memory, the OBJ reader, the surface, output files, the writers, one
+   function per command, the command line. A problem with the input ends the program in fail(): one
+   line that names the file, the line and the cause, exit status 2, and no output file. Numbers are
+   read and written by libc in the "C" locale, because nothing here calls setlocale(). */
+
+#ifndef _WIN32
+#define _POSIX_C_SOURCE 200809L         /* isatty, fileno, stat */
+#endif
+
+#include <errno.h>
+#include <float.h>
+#include <inttypes.h>
+#include <math.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+
+#ifdef _WIN32
+#include <fcntl.h>
+#include <io.h>
+#define isatty _isatty
+#define fileno _fileno
+#else
+#include <unistd.h>
+#endif
+
+#define PSURF_IMPLEMENTATION
+#include "../patchsurf.h"
+
+#if defined(__GNUC__) || defined(__clang__)
+#define PRINTF_LIKE(at, values) __attribute__((format(printf, at, values)))
+#define NORETURN __attribute__((noreturn))
+#else
+#define PRINTF_LIKE(at, values)
+#define NORETURN
+#endif
+#ifndef S_ISREG
+#define S_ISREG(mode) (((mode) & S_IFMT) == S_IFREG)
+#endif
+
+#define TEXT_OF(x) #x
+#define TEXT(x) TEXT_OF(x)
+#define PROGRAM "patchsurf " TEXT(PSURF_VERSION_MAJOR) "." TEXT(PSURF_VERSION_MINOR) "." \
+                TEXT(PSURF_VERSION_PATCH)
+
+enum { EXIT_CHECK = 1, EXIT_BAD = 2 };
+
+/* ---- messages -------------------------------------------------------------------------------- */
+
+static struct { bool enabled, shown; clock_t next; } bar;
+static bool quiet;
+static char *volatile temporary;        /* the unfinished output file, if there is one */
+static volatile sig_atomic_t opening;   /* it may be there already, but not yet in temporary */
+static volatile sig_atomic_t pending;   /* a signal that came meanwhile */
+
+static void clear_bar(void)
+{
+    if (bar.shown) fputs("\r\033[K", stderr);
+    bar.shown = false;
+}
+
+/* Called often during long work; draws on a terminal at most ten times a second. */
+static void progress(uint64_t done, uint64_t total)
+{
+    static const char full[] = "########################################";
+    const int width = (int)(sizeof full - 1);
+    int filled;
+    if (!bar.enabled || total == 0 || clock() < bar.next) return;
+    bar.next = clock() + CLOCKS_PER_SEC / 10;
+    bar.shown = true;
+    filled = (int)((double)done / (double)total * width);
+    fprintf(stderr, "\r[%.*s%*s] %3.0f %%", filled, full, width - filled, "",
+            100.0 * (double)done / (double)total);
+}
+
+static PRINTF_LIKE(4, 0) void print_message(const char *name, uint32_t line, const char *kind,
+                                            const char *format, va_list values)
+{
+    clear_bar();
+    fprintf(stderr, "%s:", name);
+    if (line) fprintf(stderr, "%" PRIu32 ":", line);
+    fprintf(stderr, " %s", kind);
+    vfprintf(stderr, format, values);
+    fputc('\n', stderr);
+}
+
+/* Ends the program. line 0: the message is not about a line. */
+static NORETURN PRINTF_LIKE(3, 4) void fail(const char *name, uint32_t line,
+                                            const char *format, ...)
+{
+    va_list values;
+    va_start(values, format);
+    print_message(name, line, "", format, values);
+    va_end(values);
+    if (temporary) remove(temporary);
+    exit(EXIT_BAD);
+}
+
+static PRINTF_LIKE(3, 4) void warn(const char *name, uint32_t line, const char *format, ...)
+{
+    va_list values;
+    if (quiet) return;
+    va_start(values, format);
+    print_message(name, line, "warning: ", format, values);
+    va_end(values);
+}
+
+static void on_signal(int number)
+{
+    if (opening) {
+        pending = number;
+        return;
+    }
+    if (temporary) remove(temporary);
+    signal(number, SIG_DFL);
+    raise(number);
+}
+
+/* ---- memory ---------------------------------------------------------------------------------- */
+
+static void *resize(void *memory, size_t count, size_t size)
+{
+    void *result = count > SIZE_MAX / size ? NULL : realloc(memory, count ? count * size : 1);
+    if (!result) fail("patchsurf", 0, "out of memory");
+    return result;
+}
+
+typedef struct array { void *data; size_t count, room; } array;
+
+/* A new element at the end; all elements of an array have the same size. */
+static void *push(array *a, size_t size)
+{
+    if (a->count == a->room) {
+        a->room = a->room ? a->room * 2 : 64;
+        a->data = resize(a->data, a->room, size);
+    }
+    return (char *)a->data + a->count++ * size;
+}
+
+static void push_u32(array *a, uint32_t value)
+{
+    uint32_t *element = push(a, sizeof value);
+    *element = value;
+}
+
+/* Room for count elements whose old values are not needed. */
+static void *reserve(array *a, size_t count, size_t size)
+{
+    if (a->room < count) {
+        a->data = resize(a->data, count, size);
+        a->room = count;
+    }
+    a->count = count;
+    return a->data;
+}
+
+/* ---- the input mesh -------------------------------------------------------------------------- */
+
+typedef struct crease { uint32_t v0, v1, line, order; float sharpness; } crease;
+
+typedef struct mesh {
+    const char *name;                   /* of the file, for messages */
+    array positions;                    /* float[3] per vertex */
+    array sizes, lines;                 /* uint32_t per face: corners; line of the file */
+    array corners;                      /* uint32_t per face corner: vertex */
+    array uvs;                          /* float[2] per face corner, or none */
+    array creases;                      /* crease per tagged edge */
+} mesh;
+
+static uint32_t u32_at(const array *a, size_t i) { return ((const uint32_t *)a->data)[i]; }
+static const float *floats_at(const array *a, size_t i, size_t width)
+{
+    return (const float *)a->data + i * width;
+}
+
+static void free_mesh(mesh *m)
+{
+    free(m->positions.data);
+    free(m->sizes.data);
+    free(m->lines.data);
+    free(m->corners.data);
+    free(m->uvs.data);
+    free(m->creases.data);
+}
+
+/* The whole file, with a 0 behind it that stops strtof. */
+static char *read_all(const char *name, const char *path, size_t *size)
+{
+    FILE *file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
+    size_t room = 1 << 16, got;
+    char *data;
+    if (!file) fail(name, 0, "cannot open the file: %s", strerror(errno));
+    data = resize(NULL, room, 1);
+    *size = 0;
+    while ((got = fread(data + *size, 1, room - 1 - *size, file)) > 0) {
+        *size += got;
+        if (*size == room - 1) data = resize(data, room *= 2, 1);
+    }
+    if (ferror(file)) fail(name, 0, "cannot read the file: %s", strerror(errno));
+    if (file != stdin) fclose(file);
+    data[*size] = 0;
+    return data;
+}
+
+/* ---- Wavefront OBJ: words -------------------------------------------------------------------- */
+
+typedef struct word { const char *text, *end; } word;   /* empty: text == end */
+
+/* What can be referred to before it is read: checked at the end of the file. */
+enum { VERTEX, UV, NORMAL, CREASE_VERTEX, CORNER_VERTEX, REFERENCE_COUNT };
+static const char *const reference_names[REFERENCE_COUNT] = {
+    "face refers to vertex", "face refers to texture coordinate", "face refers to normal",
+    "crease tag, where counting starts at 0, refers to vertex",
+    "corner tag, where counting starts at 0, refers to vertex",
+};
+
+typedef struct obj_reader {
+    mesh *mesh;
+    const char *at, *end;
+    uint32_t line, statement;           /* where we are; where this statement began */
+    array uvs, corner_uvs;              /* float[2] per vt; uint32_t per face corner, or NONE */
+    size_t normals;                     /* vn lines */
+    struct { int64_t index; uint32_t line; } highest[REFERENCE_COUNT];  /* counted from 0 */
+    uint32_t ignored_tags, ignored_tag_line;
+} obj_reader;
+
+static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
+static bool is_break(char c) { return c == '\n' || c == '\r'; }
+
+/* Steps over one line break: LF, CR LF or CR. */
+static void skip_break(obj_reader *r)
+{
+    if (r->end - r->at >= 2 && r->at[0] == '\r' && r->at[1] == '\n') r->at++;
+    r->at++;
+    r->line++;
+}
+
+static bool at_continuation(const obj_reader *r)
+{
+    return r->end - r->at >= 2 && r->at[0] == '\\' && is_break(r->at[1]);
+}
+
+/* The next word of the statement, empty at its end. A backslash at the end of a line joins the next
+   line to it, except in a comment, where it is often the end of a path. */
+static word next_word(obj_reader *r)
+{
+    word w;
+    while (r->at < r->end && (is_blank(*r->at) || at_continuation(r))) {
+        bool joined = !is_blank(*r->at);
+        r->at++;
+        if (joined) skip_break(r);
+    }
+    if (r->at < r->end && *r->at == '#') {
+        while (r->at < r->end && !is_break(*r->at)) r->at++;
+    }
+    w.text = r->at;
+    while (r->at < r->end && !is_blank(*r->at) && !is_break(*r->at) && !at_continuation(r)) {
+        r->at++;
+    }
+    w.end = r->at;
+    return w;
+}
+
+static bool word_is(word w, const char *text)
+{
+    size_t size = (size_t)(w.end - w.text);
+    return size == strlen(text) && memcmp(w.text, text, size) == 0;
+}
+
+/* A word fit for a message: short, printable, and on one line. */
+static const char *quoted(word w)
+{
+    static char text[44];
+    size_t size = 0;
+    if (w.text == w.end) return "the end of the line";
+    text[size++] = '`';
+    for (; w.text < w.end && size < sizeof text - 5; w.text++) {
+        text[size++] = *w.text > ' ' && *w.text < 127 ? *w.text : '?';
+    }
+    memcpy(text + size, w.text < w.end ? "...`" : "`", w.text < w.end ? 5 : 2);
+    return text;
+}
+
+static float to_float(const obj_reader *r, word w)
+{
+    char *end = NULL;
+    float value = 0;
+    /* strtof would also take hexadecimal numbers and names of infinities. */
+    if (strspn(w.text, "+-.0123456789eE") >= (size_t)(w.end - w.text)) value = strtof(w.text, &end);
+    if (w.text == w.end || end != w.end || !isfinite(value)) {
+        fail(r->mesh->name, r->statement, "%s is not a finite number", quoted(w));
+    }
+    return value;
+}
+
+/* A decimal integer at *at, which it steps over; values too long to matter stay at 10^15. */
+static bool scan_integer(const char **at, const char *end, int64_t *value)
+{
+    bool negative = *at < end && **at == '-';
+    const char *digits = *at += *at < end && (**at == '-' || **at == '+');
+    *value = 0;
+    for (; *at < end && **at >= '0' && **at <= '9'; (*at)++) {
+        if (*value < INT64_C(1000000000000000)) *value = *value * 10 + (**at - '0');
+    }
+    if (negative) *value = -*value;
+    return *at > digits;
+}
+
+/* ---- Wavefront OBJ: statements --------------------------------------------------------------- */
+
+static uint32_t refer(obj_reader *r, int what, int64_t index)
+{
+    if (index >= r->highest[what].index) {
+        r->highest[what].index = index;
+        r->highest[what].line = r->statement;
+    }
+    return (uint32_t)index;
+}
+
+/* From the numbers of a face, 1 for the first and -1 for the last so far, to 0, 1, 2 ... */
+static uint32_t refer_from_face(obj_reader *r, int what, int64_t index, size_t so_far)
+{
+    int64_t resolved = index < 0 ? (int64_t)so_far + index : index - 1;
+    if (resolved < 0) {
+        fail(r->mesh->name, r->statement, "%s %" PRId64 ", the file has %zu so far",
+             reference_names[what], index, so_far);
+    }
+    return refer(r, what, resolved);
+}
+
+/* v, v/vt, v//vn or v/vt/vn */
+static void read_face_corner(obj_reader *r, word w)
+{
+    const char *at = w.text;
+    int64_t index[3] = {0, 0, 0};
+    bool present[3] = {false, false, false};
+    int i;
+    for (i = 0; i < 3; i++) {
+        present[i] = scan_integer(&at, w.end, &index[i]);
+        if (at == w.end || *at != '/') break;
+        at++;
+    }
+    if (at != w.end || !present[0]) {
+        fail(r->mesh->name, r->statement, "%s is not a face corner", quoted(w));
+    }
+    push_u32(&r->mesh->corners, refer_from_face(r, VERTEX, index[0], r->mesh->positions.count));
+    push_u32(&r->corner_uvs,
+             present[1] ? refer_from_face(r, UV, index[1], r->uvs.count) : PSURF_NONE);
+    if (present[2]) refer_from_face(r, NORMAL, index[2], r->normals);
+}
+
+static void read_face(obj_reader *r)
+{
+    size_t first = r->mesh->corners.count, size;
+    word w;
+    while (w = next_word(r), w.text < w.end) read_face_corner(r, w);
+    size = r->mesh->corners.count - first;
+    if (size < 3 || size > PSURF_MAX_FACE_SIZE) {
+        fail(r->mesh->name, r->statement, "face has %zu corners; from 3 to %u will do", size,
+             PSURF_MAX_FACE_SIZE);
+    }
+    push_u32(&r->mesh->sizes, (uint32_t)size);
+    push_u32(&r->mesh->lines, r->statement);
+}
+
+static void read_position(obj_reader *r)
+{
+    float *p = push(&r->mesh->positions, 3 * sizeof *p);
+    int i;
+    for (i = 0; i < 3; i++) p[i] = to_float(r, next_word(r));
+}
+
+static void read_uv(obj_reader *r)
+{
+    float *uv = push(&r->uvs, 2 * sizeof *uv);
+    word v;
+    uv[0] = to_float(r, next_word(r));
+    v = next_word(r);
+    uv[1] = v.text < v.end ? to_float(r, v) : 0.0f;
+}
+
+static int64_t read_tag_integer(obj_reader *r)
+{
+    word w = next_word(r);
+    const char *at = w.text;
+    int64_t value;
+    if (!scan_integer(&at, w.end, &value) || at != w.end || value < 0) {
+        fail(r->mesh->name, r->statement, "%s is not a whole number from 0", quoted(w));
+    }
+    return value;
+}
+
+static void read_crease(obj_reader *r, int64_t vertices, int64_t sharpnesses)
+{
+    array *creases = &r->mesh->creases;
+    size_t first = creases->count, i;
+    if (vertices < 2 || vertices % 2 || (sharpnesses != 1 && sharpnesses != vertices / 2)) {
+        fail(r->mesh->name, r->statement,
+             "crease tag needs two vertices an edge, and one sharpness or one for each edge");
+    }
+    for (; vertices > 0; vertices -= 2) {
+        uint32_t a = refer(r, CREASE_VERTEX, read_tag_integer(r));
+        uint32_t b = refer(r, CREASE_VERTEX, read_tag_integer(r));
+        crease *c = push(creases, sizeof *c);
+        c->v0 = a < b ? a : b;
+        c->v1 = a < b ? b : a;
+        c->line = r->statement;
+        c->order = (uint32_t)creases->count;
+    }
+    for (i = first; i < creases->count; i++) {
+        crease *c = (crease *)creases->data + i;
+        c->sharpness = i == first || sharpnesses > 1 ? to_float(r, next_word(r)) : c[-1].sharpness;
+        if (c->sharpness >= 10) {
+            fail(r->mesh->name, r->statement,
+                 "sharpness 10 and above makes a hard edge, which this version does not have");
+        }
+    }
+}
+
+/* t NAME INTEGERS/FLOATS/STRINGS values: the tags of OpenSubdiv's regression shapes. What is said
+   of corners and boundaries has no effect on closed meshes without hard edges. */
+static void read_tag(obj_reader *r)
+{
+    word name = next_word(r), counts = next_word(r);
+    const char *at = counts.text;
+    int64_t count[3] = {0, 0, 0};
+    int i;
+    bool valid = true;
+    for (i = 0; i < 3 && valid; i++) {
+        valid = scan_integer(&at, counts.end, &count[i]) && count[i] >= 0
+                && (i == 2 ? at == counts.end : at < counts.end && *at++ == '/');
+    }
+    if (!valid) {
+        fail(r->mesh->name, r->statement, "%s is not a tag's three counts, like 2/1/0",
+             quoted(counts));
+    }
+    if (word_is(name, "crease")) {
+        read_crease(r, count[0], count[1]);
+    } else if (word_is(name, "interpolateboundary")) {
+        if (count[0] != 1 || read_tag_integer(r) > 2) {
+            fail(r->mesh->name, r->statement, "interpolateboundary takes one number: 0, 1 or 2");
+        }
+    } else {
+        if (r->ignored_tags++ == 0) r->ignored_tag_line = r->statement;
+        if (!word_is(name, "corner")) return;
+        for (; count[0] > 0; count[0]--) refer(r, CORNER_VERTEX, read_tag_integer(r));
+    }
+}
+
+/* Groups, materials, lines and whatever else there may be are skipped; but not binary data. */
+static void read_statement(obj_reader *r)
+{
+    word w = next_word(r);
+    const char *c;
+    r->statement = r->line;
+    for (c = w.text; c < w.end; c++) {
+        if (*c <= ' ' || *c > '~') {
+            fail(r->mesh->name, r->statement, "%s: this is not a Wavefront OBJ file", quoted(w));
+        }
+    }
+    if (word_is(w, "v")) read_position(r);
+    else if (word_is(w, "vt")) read_uv(r);
+    else if (word_is(w, "vn")) r->normals++;
+    else if (word_is(w, "f") || word_is(w, "fo")) read_face(r);
+    else if (word_is(w, "t")) read_tag(r);
+    while (w.text < w.end) w = next_word(r);
+    if (r->at < r->end) skip_break(r);
+}
+
+/* ---- Wavefront OBJ: the whole file ----------------------------------------------------------- */
+
+static void check_references(const obj_reader *r)
+{
+    const size_t vertices = r->mesh->positions.count;
+    const size_t counts[REFERENCE_COUNT] = {vertices, r->uvs.count, r->normals, vertices, vertices};
+    int i;
+    for (i = 0; i < REFERENCE_COUNT; i++) {
+        if (r->highest[i].line && (uint64_t)r->highest[i].index >= counts[i]) {
+            fail(r->mesh->name, r->highest[i].line, "%s %" PRId64 ", the file has %zu",
+                 reference_names[i], r->highest[i].index + (i <= NORMAL), counts[i]);
+        }
+    }
+}
+
+static void collect_uvs(obj_reader *r)
+{
+    static const float zero[2] = {0, 0};
+    size_t count = r->corner_uvs.count, bare = 0, i;
+    for (i = 0; i < count; i++) bare += u32_at(&r->corner_uvs, i) == PSURF_NONE;
+    if (bare == count) return;
+    if (bare) {
+        warn(r->mesh->name, 0, "%zu of %zu face corners have no texture coordinate and take 0 0",
+             bare, count);
+    }
+    for (i = 0; i < count; i++) {
+        uint32_t k = u32_at(&r->corner_uvs, i);
+        float *uv = push(&r->mesh->uvs, sizeof zero);
+        memcpy(uv, k == PSURF_NONE ? zero : floats_at(&r->uvs, k, 2), sizeof zero);
+    }
+}
+
+static void read_obj(mesh *m, const char *data, size_t size)
+{
+    obj_reader r;
+    memset(&r, 0, sizeof r);
+    r.mesh = m;
+    r.at = data;
+    r.end = data + size;
+    r.line = 1;
+    if (size >= 3 && memcmp(data, "\xEF\xBB\xBF", 3) == 0) r.at += 3;  /* byte order mark */
+    while (r.at < r.end) {
+        read_statement(&r);
+        progress((uint64_t)(r.at - data), size);
+    }
+    if (m->sizes.count == 0) fail(m->name, r.line, "the file ends and has no faces");
+    if (m->positions.count >= PSURF_NONE || m->corners.count >= PSURF_NONE) {
+        fail(m->name, r.line, "more than 2^32 - 2 vertices or face corners");
+    }
+    check_references(&r);
+    collect_uvs(&r);
+    if (r.ignored_tags) {
+        warn(m->name, r.ignored_tag_line, "%" PRIu32 " tags ignored, this is the first: unknown, "
+             "or corners where fewer than two sharp edges meet", r.ignored_tags);
+    }
+    free(r.uvs.data);
+    free(r.corner_uvs.data);
+}
+
+static void read_mesh(mesh *m, const char *path)
+{
+    size_t size;
+    char *data;
+    memset(m, 0, sizeof *m);
+    m->name = strcmp(path, "-") == 0 ? "stdin" : path;
+    data = read_all(m->name, path, &size);
+    if (size >= 4 && memcmp(data, "ply", 3) == 0 && is_break(data[3])) {
+        fail(m->name, 1, "this is a PLY file; this version reads Wavefront OBJ");
+    }
+    read_obj(m, data, size);
+    free(data);
+}
+
+/* ---- the surface ----------------------------------------------------------------------------- */
+
+typedef struct options {                /* of the command line */
+    const char *input, *output;
+    psurf_scheme scheme;
+    uint32_t rate;
+    float blend;
+    bool has_blend, json, curvature, help;
+} options;
+
+typedef struct surface {
+    const mesh *mesh;
+    psurf_topology *topology;
+    psurf_info info;
+    psurf_construct_desc construct;
+    psurf_patches patches;
+} surface;
+
+static int compare_creases(const void *left, const void *right)
+{
+    const crease *a = left, *b = right;
+    if (a->v0 != b->v0) return a->v0 < b->v0 ? -1 : 1;
+    if (a->v1 != b->v1) return a->v1 < b->v1 ? -1 : 1;
+    return a->order < b->order ? -1 : a->order > b->order;
+}
+
+/* An edge tagged twice keeps its last sharpness, as in OpenSubdiv. */
+static psurf_edge_tag *make_edge_tags(mesh *m, uint32_t *count)
+{
+    crease *c = m->creases.data;
+    psurf_edge_tag *tags = resize(NULL, m->creases.count, sizeof *tags);
+    size_t i, n = m->creases.count;
+    *count = 0;
+    if (n) qsort(c, n, sizeof *c, compare_creases);
+    for (i = 0; i < n; i++) {
+        psurf_edge_tag *tag = &tags[*count];
+        if (i + 1 < n && c[i].v0 == c[i + 1].v0 && c[i].v1 == c[i + 1].v1) continue;
+        tag->v0 = c[i].v0;
+        tag->v1 = c[i].v1;
+        tag->flags = PSURF_BLEND;
+        tag->blend0 = tag->blend1 = (float)(2.0 / 3.0 * exp2(-fmax(0.0, (double)c[i].sharpness)));
+        (*count)++;
+    }
+    return tags;
+}
+
+static void fail_crease(const mesh *m, uint32_t v, uint32_t w)
+{
+    size_t i;
+    for (i = 0; i < m->creases.count; i++) {
+        const crease *c = (const crease *)m->creases.data + i;
+        if ((c->v0 != v || c->v1 != w) && (c->v0 != w || c->v1 != v)) continue;
+        fail(m->name, c->line, "crease tag, where counting starts at 0, names no edge: %" PRIu32
+             " %" PRIu32, c->v0, c->v1);
+    }
+}
+
+static uint32_t line_of_vertex(const mesh *m, uint32_t vertex)
+{
+    size_t face, corner = 0, end = 0;
+    for (face = 0; face < m->sizes.count; face++) {
+        for (end += u32_at(&m->sizes, face); corner < end; corner++) {
+            if (u32_at(&m->corners, corner) == vertex) return u32_at(&m->lines, face);
+        }
+    }
+    return 0;
+}
+
+/* Tells what the library found, in the numbers of the file, which count from 1. */
+static NORETURN void fail_topology(const mesh *m, const psurf_error *error)
+{
+    uint32_t line = 0, v = error->vertex, w = error->other;
+    const char *message = error->message;
+    if (error->result == PSURF_BAD_EDGE) fail_crease(m, v, w);
+    if (error->face != PSURF_NONE) line = u32_at(&m->lines, error->face);
+    else if (v != PSURF_NONE) line = line_of_vertex(m, v);
+    if (error->result == PSURF_UNSUPPORTED) {
+        message = w != PSURF_NONE ? "this version needs closed meshes, and this edge has one face"
+                : v != PSURF_NONE ? "this version needs three edges at a vertex, and here are two"
+                : "this version has no faces of six corners or more";
+    }
+    if (v == PSURF_NONE) fail(m->name, line, "%s", message);
+    if (w == PSURF_NONE) fail(m->name, line, "%s: vertex %" PRIu32, message, v + 1);
+    fail(m->name, line, "%s: vertices %" PRIu32 " and %" PRIu32, message, v + 1, w + 1);
+}
+
+/* What remains to go wrong on a valid mesh is its size. */
+static void must(const surface *s, psurf_result result)
+{
+    if (result != PSURF_OK) fail(s->mesh->name, 0, "%s", psurf_result_string(result));
+}
+
+static void build_surface(surface *s, mesh *m, const options *o)
+{
+    psurf_mesh_desc desc;
+    psurf_patches_layout layout;
+    psurf_error error;
+    psurf_edge_tag *tags;
+    memset(&desc, 0, sizeof desc);
+    memset(s, 0, sizeof *s);
+    s->mesh = m;
+    desc.vertex_count = (uint32_t)m->positions.count;
+    desc.face_count = (uint32_t)m->sizes.count;
+    desc.face_sizes = m->sizes.data;
+    desc.face_vertices = m->corners.data;
+    desc.positions = s->construct.positions = m->positions.data;
+    desc.edges = tags = make_edge_tags(m, &desc.edge_count);
+    desc.flags = o->has_blend ? PSURF_DEFAULT_BLEND : 0;
+    desc.default_blend = o->blend;
+    if (psurf_topology_create(&desc, &s->topology, &error) != PSURF_OK) fail_topology(m, &error);
+    free(tags);
+    psurf_topology_info(s->topology, &s->info);
+    must(s, psurf_patches_size(s->topology, o->scheme, &layout));
+    must(s, psurf_patches_bind(&s->patches, s->topology, o->scheme,
+                               resize(NULL, layout.patch_bytes, 1),
+                               resize(NULL, layout.scratch_bytes, 1)));
+    must(s, psurf_construct(&s->patches, &s->construct));
+}
+
+static void free_surface(surface *s)
+{
+    free(s->patches.patches);
+    free(s->patches.scratch);
+    psurf_topology_destroy(s->topology);
+}
+
+/* The tessellation of one face by itself, in memory that the next face uses again. */
+typedef struct face_points {
+    array p, n;                         /* float[3] per vertex */
+    array where;                        /* psurf_sample per vertex */
+    array indices;                      /* uint32_t, counted from the face's first vertex */
+} face_points;
+
+static void tessellate_face(const surface *s, uint32_t rate, uint32_t face, bool points,
+                            face_points *f)
+{
+    psurf_tess_desc desc;
+    psurf_tess_span span;
+    psurf_tess_out out;
+    memset(&desc, 0, sizeof desc);
+    memset(&out, 0, sizeof out);
+    desc.rate = rate;
+    desc.flags = PSURF_TESS_PER_FACE;
+    must(s, psurf_tessellate_size(s->topology, &desc, face, 1, &span));
+    if (points) {
+        out.p = reserve(&f->p, span.vertex_count, 3 * sizeof *out.p);
+        out.n = reserve(&f->n, span.vertex_count, 3 * sizeof *out.n);
+    }
+    out.where = reserve(&f->where, span.vertex_count, sizeof *out.where);
+    out.indices = reserve(&f->indices, span.index_count, sizeof(uint32_t));
+    out.first_vertex = span.first_vertex;
+    out.first_index = span.first_index;
+    must(s, psurf_tessellate(&s->patches, &desc, face, 1, &out));
+}
+
+static void free_face_points(face_points *f)
+{
+    free(f->p.data);
+    free(f->n.data);
+    free(f->where.data);
+    free(f->indices.data);
+}
+
+/* ---- output files ---------------------------------------------------------------------------- */
+
+typedef struct output { FILE *file; const char *path; } output;
+
+/* A file that is there and not an ordinary one, /dev/full for instance, is written in place. */
+static FILE *open_file(const char *path)
+{
+    struct stat facts;
+    size_t size = strlen(path) + 16;
+    char *name;
+    FILE *file = NULL;
+    int i;
+    if (stat(path, &facts) == 0 && !S_ISREG(facts.st_mode)) return fopen(path, "wb");
+    name = resize(NULL, size, 1);
+    opening = 1;
+    for (i = 0; i < 1000 && !file; i++) {
+        snprintf(name, size, "%s.tmp%d", path, i);
+        file = fopen(name, "wbx");      /* x: never over a file that is there */
+        if (!file && errno != EEXIST) break;
+    }
+    if (file) temporary = name;
+    else free(name);
+    opening = 0;
+    if (pending) on_signal(pending);
+    return file;
+}
+
+static output open_output(const char *path)
+{
+    output out;
+    out.path = path && strcmp(path, "-") != 0 ? path : NULL;
+    if (!out.path) {
+        out.file = stdout;
+        clear_bar();
+        if (isatty(fileno(stdout))) bar.enabled = false;
+#ifdef _WIN32
+        _setmode(_fileno(stdout), _O_BINARY);
+#endif
+    } else {
+        out.file = open_file(path);
+    }
+    if (!out.file) fail(path, 0, "cannot write the file: %s", strerror(errno));
+    return out;
+}
+
+static NORETURN void fail_output(const output *out)
+{
+    fail(out->path ? out->path : "stdout", 0, "cannot write: %s", strerror(errno));
+}
+
+/* Called now and then while writing, so that a full disk ends a long job early. */
+static void written(const output *out, uint64_t done, uint64_t total)
+{
+    if (ferror(out->file)) fail_output(out);
+    progress(done, total);
+}
+
+static void close_output(output *out)
+{
+    char *name = temporary;
+    if (ferror(out->file) || fflush(out->file) != 0) fail_output(out);
+    if (out->path && fclose(out->file) != 0) fail_output(out);
+    if (name) {
+#ifdef _WIN32
+        remove(out->path);              /* rename does not replace there */
+#endif
+        if (rename(name, out->path) != 0) fail_output(out);
+        temporary = NULL;
+        free(name);
+    }
+}
+
+static void put_float(FILE *file, float value)
+{
+    if (isnan(value)) fputs("nan", file);   /* without a sign, which means nothing */
+    else fprintf(file, "%.9g", (double)value);
+}
+
+/* What info and check print: a line each, or the members of one JSON object. NaN: there is none. */
+typedef struct fact { const char *key; double value; } fact;
+
+static void print_facts(const fact *facts, size_t count, bool json)
+{
+    output out = open_output(NULL);
+    size_t i;
+    for (i = 0; i < count; i++) {
+        if (json) fprintf(out.file, "%s\"%s\":", i ? "," : "{", facts[i].key);
+        else fprintf(out.file, "%-18s  ", facts[i].key);
+        if (isnan(facts[i].value)) fputs(json ? "null" : "none", out.file);
+        else fprintf(out.file, "%.15g", facts[i].value);
+        if (!json) fputc('\n', out.file);
+    }
+    if (json) fputs("}\n", out.file);
+    close_output(&out);
+}
+
+/* ---- triangles and their writers ------------------------------------------------------------- */
+
+typedef struct triangles {
+    uint32_t vertex_count;
+    size_t index_count;
+    float *p, *n, *uv;                  /* uv: NULL without texture coordinates */
+    uint32_t *indices;
+} triangles;
+
+static void put_floats(FILE *file, const char *key, const float *values, int count)
+{
+    int i;
+    fputs(key, file);
+    for (i = 0; i < count; i++) {
+        fputc(' ', file);
+        put_float(file, values[i]);
+    }
+    fputc('\n', file);
+}
+
+static void write_obj(const output *out, const triangles *t)
+{
+    uint64_t total = (uint64_t)t->vertex_count + t->index_count / 3;
+    size_t v, i;
+    fprintf(out->file, "# %s\n", PROGRAM);
+    for (v = 0; v < t->vertex_count; v++) {
+        put_floats(out->file, "v", t->p + 3 * v, 3);
+        if (t->uv) put_floats(out->file, "vt", t->uv + 2 * v, 2);
+        put_floats(out->file, "vn", t->n + 3 * v, 3);
+        if (v % 4096 == 0) written(out, v, total);
+    }
+    for (i = 0; i < t->index_count; i++) {
+        uint32_t k = t->indices[i] + 1;
+        if (i % 3 == 0) fputs("f", out->file);
+        if (t->uv) fprintf(out->file, " %" PRIu32 "/%" PRIu32 "/%" PRIu32, k, k, k);
+        else fprintf(out->file, " %" PRIu32 "//%" PRIu32, k, k);
+        if (i % 3 == 2) fputs("\n", out->file);
+        if (i % 12288 == 0) written(out, v + i / 3, total);
+    }
+}
+
+static void put_u32(FILE *file, uint32_t value)
+{
+    unsigned char bytes[4];
+    int i;
+    for (i = 0; i < 4; i++) bytes[i] = (unsigned char)(value >> 8 * i);
+    fwrite(bytes, 1, 4, file);
+}
+
+static void put_f32(FILE *file, float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    put_u32(file, bits);
+}
+
+/* glTF asks for unit normals everywhere: one that does not exist points up. */
+static void put_normal(FILE *file, const float n[3])
+{
+    bool none = n[0] == 0 && n[1] == 0 && n[2] == 0;
+    put_f32(file, n[0]);
+    put_f32(file, n[1]);
+    put_f32(file, none ? 1.0f : n[2]);
+}
+
+static void find_bounds(const triangles *t, float low[3], float high[3])
+{
+    size_t v;
+    int i;
+    memcpy(low, t->p, 3 * sizeof *low);
+    memcpy(high, t->p, 3 * sizeof *high);
+    for (v = 1; v < t->vertex_count; v++) {
+        for (i = 0; i < 3; i++) {
+            float x = t->p[3 * v + (size_t)i];
+            if (x < low[i]) low[i] = x;
+            if (x > high[i]) high[i] = x;
+        }
+    }
+}
+
+/* Accessor i reads bufferView i; the views follow one another, each 4-byte aligned. */
+static int describe_glb(char *json, size_t room, const triangles *t, bool wide)
+{
+    uint64_t n = t->vertex_count, indices_at = n * (t->uv ? 32 : 24);
+    uint64_t index_bytes = (uint64_t)t->index_count * (wide ? 4 : 2);
+    float low[3], high[3];
+    char uv_accessor[96] = "", uv_view[96] = "";
+    find_bounds(t, low, high);
+    if (t->uv) {
+        snprintf(uv_accessor, sizeof uv_accessor, ",{\"bufferView\":3,\"componentType\":5126,"
+                 "\"count\":%" PRIu64 ",\"type\":\"VEC2\"}", n);
+        snprintf(uv_view, sizeof uv_view, ",{\"buffer\":0,\"byteOffset\":%" PRIu64
+                 ",\"byteLength\":%" PRIu64 ",\"target\":34962}", n * 24, n * 8);
+    }
+    return snprintf(json, room,
+        "{\"asset\":{\"version\":\"2.0\",\"generator\":\"%s\"},\"scene\":0,"
+        "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":["
+        "{\"attributes\":{\"POSITION\":1,\"NORMAL\":2%s},\"indices\":0}]}],\"accessors\":["
+        "{\"bufferView\":0,\"componentType\":%d,\"count\":%zu,\"type\":\"SCALAR\"},"
+        "{\"bufferView\":1,\"componentType\":5126,\"count\":%" PRIu64 ",\"type\":\"VEC3\","
+        "\"min\":[%.9g,%.9g,%.9g],\"max\":[%.9g,%.9g,%.9g]},"
+        "{\"bufferView\":2,\"componentType\":5126,\"count\":%" PRIu64 ",\"type\":\"VEC3\"}%s],"
+        "\"bufferViews\":["
+        "{\"buffer\":0,\"byteOffset\":%" PRIu64 ",\"byteLength\":%" PRIu64 ",\"target\":34963},"
+        "{\"buffer\":0,\"byteOffset\":0,\"byteLength\":%" PRIu64 ",\"target\":34962},"
+        "{\"buffer\":0,\"byteOffset\":%" PRIu64 ",\"byteLength\":%" PRIu64 ",\"target\":34962}%s],"
+        "\"buffers\":[{\"byteLength\":%" PRIu64 "}]}",
+        PROGRAM, t->uv ? ",\"TEXCOORD_0\":3" : "", wide ? 5125 : 5123, t->index_count, n,
+        (double)low[0], (double)low[1], (double)low[2], (double)high[0], (double)high[1],
+        (double)high[2], n, uv_accessor, indices_at, index_bytes, n * 12, n * 12, n * 12, uv_view,
+        indices_at + index_bytes);
+}
+
+static void write_glb_data(const output *out, const triangles *t, bool wide)
+{
+    uint64_t total = 2 * (uint64_t)t->vertex_count + t->index_count, done = 0;
+    size_t v, i;
+    for (v = 0; v < t->vertex_count; v++) {
+        for (i = 0; i < 3; i++) put_f32(out->file, t->p[3 * v + i]);
+        if (done++ % 65536 == 0) written(out, done, total);
+    }
+    for (v = 0; v < t->vertex_count; v++) {
+        put_normal(out->file, t->n + 3 * v);
+        if (done++ % 65536 == 0) written(out, done, total);
+    }
+    for (v = 0; t->uv && v < t->vertex_count; v++) {
+        put_f32(out->file, t->uv[2 * v]);
+        put_f32(out->file, 1.0f - t->uv[2 * v + 1]);    /* glTF counts v from the top */
+    }
+    for (i = 0; i < t->index_count; i++) {
+        uint32_t k = t->indices[i];
+        if (wide) put_u32(out->file, k);
+        else if (i % 2) put_u32(out->file, k << 16 | t->indices[i - 1]);
+        if (done++ % 65536 == 0) written(out, done, total);
+    }
+    if (!wide && t->index_count % 2) put_u32(out->file, t->indices[t->index_count - 1]);
+}
+
+static void write_glb(const output *out, const triangles *t)
+{
+    bool wide = t->vertex_count > 65535;    /* 0xFFFF restarts primitives and is no index */
+    uint64_t binary = (uint64_t)t->vertex_count * (t->uv ? 32 : 24)
+                      + ((uint64_t)t->index_count * (wide ? 4 : 2) + 3) / 4 * 4;
+    char json[2048];
+    uint32_t size = (uint32_t)describe_glb(json, sizeof json, t, wide);
+    while (size % 4) json[size++] = ' ';
+    if (28 + size + binary > UINT32_MAX) {
+        fail(out->path ? out->path : "stdout", 0, "a GLB file ends at 4 GiB; use a lower rate");
+    }
+    put_u32(out->file, 0x46546C67);     /* "glTF" */
+    put_u32(out->file, 2);
+    put_u32(out->file, (uint32_t)(28 + size + binary));
+    put_u32(out->file, size);
+    put_u32(out->file, 0x4E4F534A);     /* "JSON" */
+    fwrite(json, 1, size, out->file);
+    put_u32(out->file, (uint32_t)binary);
+    put_u32(out->file, 0x004E4942);     /* "BIN" */
+    write_glb_data(out, t, wide);
+}
+
+static const struct writer {
+    const char *extension;
+    void (*write)(const output *out, const triangles *t);
+} writers[] = {{".obj", write_obj}, {".glb", write_glb}};
+
+static bool ends_with(const char *path, const char *extension)
+{
+    size_t size = strlen(path), tail = strlen(extension), i;
+    if (size < tail) return false;
+    for (i = 0; i < tail; i++) {
+        char c = path[size - tail + i];
+        if (c >= 'A' && c <= 'Z') c = (char)(c - 'A' + 'a');
+        if (c != extension[i]) return false;
+    }
+    return true;
+}
+
+/* Standard output has no extension and takes the first format. */
+static const struct writer *find_writer(const char *path)
+{
+    size_t i;
+    if (strcmp(path, "-") == 0) return &writers[0];
+    for (i = 0; i < sizeof writers / sizeof *writers; i++) {
+        if (ends_with(path, writers[i].extension)) return &writers[i];
+    }
+    fail(path, 0, "unknown output format; the name must end in .obj or .glb");
+}
+
+/* ---- tessellate ------------------------------------------------------------------------------ */
+
+static void tessellate_welded(const surface *s, uint32_t rate, triangles *t)
+{
+    enum { FACES_AT_ONCE = 256 };
+    psurf_tess_desc desc;
+    psurf_tess_span span;
+    psurf_tess_out out;
+    uint32_t face;
+    memset(&desc, 0, sizeof desc);
+    memset(&out, 0, sizeof out);
+    desc.rate = rate;
+    must(s, psurf_tessellate_size(s->topology, &desc, 0, s->info.faces, &span));
+    t->vertex_count = span.vertex_count;
+    t->index_count = span.index_count;
+    t->p = out.p = resize(NULL, span.vertex_count, 3 * sizeof *t->p);
+    t->n = out.n = resize(NULL, span.vertex_count, 3 * sizeof *t->n);
+    out.indices = t->indices = resize(NULL, span.index_count, sizeof *t->indices);
+    for (face = 0; face < s->info.faces; face += FACES_AT_ONCE) {
+        must(s, psurf_tessellate(&s->patches, &desc, face, FACES_AT_ONCE, &out));
+        progress(face, s->info.faces);
+        if (s->info.faces - face <= FACES_AT_ONCE) break;
+    }
+}
+
+static void refuse_overflow(const surface *s, const triangles *t)
+{
+    size_t i;
+    for (i = 0; i < 3 * (size_t)t->vertex_count; i++) {
+        if (!isfinite(t->p[i]) || !isfinite(t->n[i])) {
+            fail(s->mesh->name, 0, "coordinates are so large that the surface is not finite");
+        }
+    }
+}
+
+/* A vertex of the welded mesh with one of its texture coordinates; next: with another one. */
+typedef struct uv_vertex { float uv[2]; uint32_t source, next; } uv_vertex;
+
+/* How far the two sides of an edge may be apart that have the same texture coordinate: rounding. */
+static float rounding_of(const float *values, uint32_t count)
+{
+    float largest = 0;
+    uint32_t i;
+    for (i = 0; i < 2 * count; i++) largest = fmaxf(largest, fabsf(values[i]));
+    return largest * 8 * FLT_EPSILON;
+}
+
+/* The vertex with this texture coordinate: the welded one, or one split off it at a seam. */
+static uint32_t find_uv_vertex(array *vertices, uint32_t welded, const float uv[2], float rounding)
+{
+    uint32_t k = welded, last = welded;
+    uv_vertex *v = (uv_vertex *)vertices->data + k;
+    if (v->source != PSURF_NONE) {
+        for (; k != PSURF_NONE; last = k, k = v->next) {
+            v = (uv_vertex *)vertices->data + k;
+            if (fabsf(v->uv[0] - uv[0]) <= rounding && fabsf(v->uv[1] - uv[1]) <= rounding) {
+                return k;
+            }
+        }
+        if (vertices->count >= PSURF_NONE) fail("patchsurf", 0, "more than 2^32 - 2 vertices");
+        k = (uint32_t)vertices->count;
+        v = push(vertices, sizeof *v);
+        ((uv_vertex *)vertices->data + last)->next = k;
+    }
+    memcpy(v->uv, uv, sizeof v->uv);
+    v->source = welded;
+    v->next = PSURF_NONE;
+    return k;
+}
+
+/* Copies the split vertices and hands the coordinates over. */
+static void take_uv_vertices(triangles *t, const array *vertices)
+{
+    const uv_vertex *v = vertices->data;
+    size_t count = vertices->count, i;
+    t->p = resize(t->p, count, 3 * sizeof *t->p);
+    t->n = resize(t->n, count, 3 * sizeof *t->n);
+    t->uv = resize(NULL, count, 2 * sizeof *t->uv);
+    for (i = 0; i < count; i++) memcpy(t->uv + 2 * i, v[i].uv, sizeof v[i].uv);
+    for (i = t->vertex_count; i < count; i++) {
+        memcpy(t->p + 3 * i, t->p + 3 * (size_t)v[i].source, 3 * sizeof *t->p);
+        memcpy(t->n + 3 * i, t->n + 3 * (size_t)v[i].source, 3 * sizeof *t->n);
+    }
+    t->vertex_count = (uint32_t)count;
+}
+
+/* A face has the same triangles in the same order in both numberings: of the whole mesh, and of the
+   face alone. So the texture coordinate of each corner of each triangle is known. */
+static void add_texture(const surface *s, uint32_t rate, triangles *t)
+{
+    const mesh *m = s->mesh;
+    face_points f;
+    array vertices = {NULL, 0, 0}, uvs = {NULL, 0, 0};
+    uint32_t face, *index = t->indices;
+    size_t corner = 0, i;
+    memset(&f, 0, sizeof f);
+    for (i = 0; i < t->vertex_count; i++) {
+        uv_vertex *v = push(&vertices, sizeof *v);
+        v->source = v->next = PSURF_NONE;
+    }
+    for (face = 0; face < s->info.faces; face++) {
+        uint32_t size = u32_at(&m->sizes, face);
+        float rounding = rounding_of(floats_at(&m->uvs, corner, 2), size), *uv;
+        tessellate_face(s, rate, face, false, &f);
+        uv = reserve(&uvs, f.where.count, 2 * sizeof *uv);
+        psurf_interpolate(s->topology, f.where.data, (uint32_t)f.where.count, m->uvs.data, 2, uv);
+        for (i = 0; i < f.indices.count; i++, index++) {
+            const float *own = uv + 2 * (size_t)u32_at(&f.indices, i);
+            *index = find_uv_vertex(&vertices, *index, own, rounding);
+        }
+        corner += size;
+        progress(face, s->info.faces);
+    }
+    take_uv_vertices(t, &vertices);
+    free(vertices.data);
+    free(uvs.data);
+    free_face_points(&f);
+}
+
+static int run_tessellate(mesh *m, const options *o)
+{
+    surface s;
+    triangles t = {0, 0, NULL, NULL, NULL, NULL};
+    output out;
+    build_surface(&s, m, o);
+    tessellate_welded(&s, o->rate, &t);
+    refuse_overflow(&s, &t);
+    if (m->uvs.count) add_texture(&s, o->rate, &t);
+    out = open_output(o->output);
+    find_writer(o->output)->write(&out, &t);
+    close_output(&out);
+    free(t.p);
+    free(t.n);
+    free(t.uv);
+    free(t.indices);
+    free_surface(&s);
+    return EXIT_SUCCESS;
+}
+
+/* ---- patches --------------------------------------------------------------------------------- */
+
+static void write_patch(FILE *file, const psurf_patch *patch)
+{
+    uint32_t i;
+    int axis;
+    fprintf(file, "{\"face\":%" PRIu32 ",\"sector\":%" PRIu32 ",\"kind\":\"%s\",\"points\":[",
+            patch->face, patch->sector, psurf_kind_name(patch->kind));
+    for (i = 0; i < patch->point_count; i++) {
+        fputs(i ? ",[" : "[", file);
+        for (axis = 0; axis < 3; axis++) {
+            float x = patch->points[3 * (size_t)i + (size_t)axis];
+            if (axis) fputc(',', file);
+            if (isfinite(x)) put_float(file, x);
+            else fputs("null", file);
+        }
+        fputc(']', file);
+    }
+    fputs("]}", file);
+}
+
+static int run_patches(mesh *m, const options *o)
+{
+    surface s;
+    output out;
+    uint32_t i;
+    build_surface(&s, m, o);
+    out = open_output(o->output);
+    fprintf(out.file, "{\"scheme\":\"%s\",\"patches\":[\n", psurf_scheme_name(o->scheme));
+    for (i = 0; i < s.info.facets; i++) {
+        psurf_patch patch = psurf_get_patch(&s.patches, i);
+        if (i) fputs(",\n", out.file);
+        write_patch(out.file, &patch);
+        if (i % 256 == 0) written(&out, i, s.info.facets);
+    }
+    fputs("\n]}\n", out.file);
+    close_output(&out);
+    free_surface(&s);
+    return EXIT_SUCCESS;
+}
+
+/* ---- sample ---------------------------------------------------------------------------------- */
+
+/* The samples of one face in the order of the table: sector by sector, v outer, u inner. */
+typedef struct face_grid {
+    uint32_t size, rate, sectors;       /* corners of the face */
+    size_t per_sector;
+    array samples;                      /* psurf_sample */
+    array vertices;                     /* uint32_t: in the face's tessellation */
+} face_grid;
+
+static void start_grid(face_grid *g, uint32_t size, uint32_t rate)
+{
+    size_t n = (size_t)rate + 1;
+    g->size = size;
+    g->rate = rate;
+    g->sectors = size >= 5 ? size : 1;
+    g->per_sector = size == 4 ? n * n : n * (n + 1) / 2;
+    reserve(&g->samples, g->sectors * g->per_sector, sizeof(psurf_sample));
+    reserve(&g->vertices, g->sectors * g->per_sector, sizeof(uint32_t));
+}
+
+static void place(face_grid *g, psurf_sample sample, uint32_t vertex)
+{
+    size_t u = (size_t)(sample.u * (float)g->rate + 0.5f);
+    size_t v = (size_t)(sample.v * (float)g->rate + 0.5f);
+    size_t n = (size_t)g->rate + 1;
+    size_t row = g->size == 4 ? v * n : v * (2 * n + 1 - v) / 2;
+    size_t k = sample.sector * g->per_sector + row + u;
+    ((psurf_sample *)g->samples.data)[k] = sample;
+    ((uint32_t *)g->vertices.data)[k] = vertex;
+}
+
+/* Sectors share the lines from the corners to the centre, which the tessellation has once: the line
+   with v = 0 of a sector is the one with u = 0 of the sector before it. */
+static void place_shared(face_grid *g, psurf_sample sample, uint32_t vertex)
+{
+    psurf_sample other = sample;
+    other.u = sample.v;
+    other.v = sample.u;
+    if (sample.u == 0 && sample.v == 0) {
+        for (other.sector = 0; other.sector < g->sectors; other.sector++) place(g, other, vertex);
+    } else if (sample.v == 0) {
+        other.sector = (sample.sector + g->sectors - 1) % g->sectors;
+        place(g, other, vertex);
+    } else if (sample.u == 0) {
+        other.sector = (sample.sector + 1) % g->sectors;
+        place(g, other, vertex);
+    }
+}
+
+static void fill_grid(face_grid *g, const face_points *f)
+{
+    uint32_t i;
+    for (i = 0; i < f->where.count; i++) {
+        psurf_sample where = ((const psurf_sample *)f->where.data)[i];
+        if (g->sectors == 1) where.sector = 0;
+        place(g, where, i);
+        if (g->sectors > 1) place_shared(g, where, i);
+    }
+}
+
+static void write_samples(FILE *file, const face_grid *g, const face_points *f,
+                          const array curvatures[2])
+{
+    size_t i;
+    int k;
+    for (i = 0; i < g->samples.count; i++) {
+        const psurf_sample *at = (const psurf_sample *)g->samples.data + i;
+        uint32_t vertex = u32_at(&g->vertices, i);
+        fprintf(file, "%" PRIu32 ",%" PRIu32 ",%.9g,%.9g", at->face, at->sector, (double)at->u,
+                (double)at->v);
+        for (k = 0; k < 6; k++) {
+            fputc(',', file);
+            put_float(file, floats_at(k < 3 ? &f->p : &f->n, vertex, 3)[k % 3]);
+        }
+        for (k = 0; k < 2 && curvatures[k].data; k++) {
+            float value = *floats_at(&curvatures[k], i, 1);
+            fputc(',', file);
+            if (isfinite(value)) put_float(file, value);
+        }
+        fputc('\n', file);
+    }
+}
+
+static int run_sample(mesh *m, const options *o)
+{
+    surface s;
+    output out;
+    face_points f;
+    face_grid g;
+    array curvatures[2] = {{NULL, 0, 0}, {NULL, 0, 0}};     /* Gaussian, mean */
+    uint32_t face;
+    memset(&f, 0, sizeof f);
+    memset(&g, 0, sizeof g);
+    build_surface(&s, m, o);
+    out = open_output(o->output);
+    fprintf(out.file, "face,sector,u,v,x,y,z,nx,ny,nz%s\n", o->curvature ? ",gauss,mean" : "");
+    for (face = 0; face < s.info.faces; face++) {
+        tessellate_face(&s, o->rate, face, true, &f);
+        start_grid(&g, u32_at(&m->sizes, face), o->rate);
+        fill_grid(&g, &f);
+        if (o->curvature) {
+            psurf_curvature(&s.patches, g.samples.data, (uint32_t)g.samples.count,
+                            reserve(&curvatures[0], g.samples.count, sizeof(float)),
+                            reserve(&curvatures[1], g.samples.count, sizeof(float)));
+        }
+        write_samples(out.file, &g, &f, curvatures);
+        written(&out, face, s.info.faces);
+    }
+    close_output(&out);
+    free(curvatures[0].data);
+    free(curvatures[1].data);
+    free(g.samples.data);
+    free(g.vertices.data);
+    free_face_points(&f);
+    free_surface(&s);
+    return EXIT_SUCCESS;
+}
+
+/* ---- check ----------------------------------------------------------------------------------- */
+
+static psurf_check_result check_all_edges(const surface *s, uint32_t rate)
+{
+    enum { EDGES_AT_ONCE = 1024 };
+    psurf_check_result sum, part;
+    uint32_t edge;
+    memset(&sum, 0, sizeof sum);
+    sum.worst_face = sum.worst_edge = PSURF_NONE;
+    for (edge = 0; edge < s->info.edges; edge += EDGES_AT_ONCE) {
+        must(s, psurf_check(&s->patches, &s->construct, rate, edge, EDGES_AT_ONCE, &part));
+        sum.samples += part.samples;
+        sum.cracks += part.cracks;
+        sum.nonfinite += part.nonfinite;
+        sum.degenerate += part.degenerate;
+        sum.sharp_edges += part.sharp_edges;
+        if (sum.worst_face == PSURF_NONE || part.max_normal_deg > sum.max_normal_deg) {
+            sum.max_normal_deg = part.max_normal_deg;
+            sum.worst_face = part.worst_face;
+            sum.worst_edge = part.worst_edge;
+        }
+        progress(edge, s->info.edges);
+        if (s->info.edges - edge <= EDGES_AT_ONCE) break;
+    }
+    return sum;
+}
+
+static void print_check(const psurf_check_result *c, bool json)
+{
+    const fact facts[] = {
+        {"samples", (double)c->samples}, {"cracks", (double)c->cracks},
+        {"max_normal_deg", c->max_normal_deg}, {"sharp_edges", c->sharp_edges},
+        {"nonfinite", (double)c->nonfinite}, {"degenerate_normals", (double)c->degenerate},
+        {"worst_face", c->worst_face == PSURF_NONE ? nan("") : c->worst_face},
+    };
+    print_facts(facts, sizeof facts / sizeof *facts, json);
+}
+
+static int run_check(mesh *m, const options *o)
+{
+    surface s;
+    psurf_check_result result;
+    build_surface(&s, m, o);
+    result = check_all_edges(&s, o->rate);
+    print_check(&result, o->json);
+    free_surface(&s);
+    return result.cracks || result.nonfinite ? EXIT_CHECK : EXIT_SUCCESS;
+}
+
+/* ---- info ------------------------------------------------------------------------------------ */
+
+/* What is said of triangle meshes: how far vertex normals and triangle normals are apart, and how
+   the surface bends along its edges. */
+typedef struct triangle_facts {
+    bool exist;                         /* every face is a triangle */
+    double mean, std, min, max;         /* cosine between the two normals, over all corners */
+    size_t convex, concave, inflection; /* edges */
+} triangle_facts;
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void normalize(double a[3])
+{
+    double length = sqrt(dot(a, a));
+    int i;
+    for (i = 0; i < 3 && length > 0; i++) a[i] /= length;
+}
+
+static void face_normal(const mesh *m, size_t face, double n[3])
+{
+    double a[3], b[3];
+    int i;
+    for (i = 0; i < 3; i++) {
+        const float *p = (const float *)m->positions.data + i;
+        double x = (double)p[3 * (size_t)u32_at(&m->corners, 3 * face)];
+        a[i] = (double)p[3 * (size_t)u32_at(&m->corners, 3 * face + 1)] - x;
+        b[i] = (double)p[3 * (size_t)u32_at(&m->corners, 3 * face + 2)] - x;
+    }
+    for (i = 0; i < 3; i++) {
+        n[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+    }
+    normalize(n);
+}
+
+/* Un-weighted mean of the unit normals of the triangles round each vertex. */
+static double *mean_normals(const mesh *m)
+{
+    double *normals = resize(NULL, m->positions.count, 3 * sizeof *normals), n[3] = {0, 0, 0};
+    size_t i, k;
+    for (i = 0; i < 3 * m->positions.count; i++) normals[i] = 0;
+    for (i = 0; i < m->corners.count; i++) {
+        if (i % 3 == 0) face_normal(m, i / 3, n);
+        for (k = 0; k < 3; k++) normals[3 * (size_t)u32_at(&m->corners, i) + k] += n[k];
+    }
+    for (i = 0; i < m->positions.count; i++) normalize(normals + 3 * i);
+    return normals;
+}
+
+static void measure_cosines(const mesh *m, const double *normals, triangle_facts *facts)
+{
+    double n[3] = {0, 0, 0}, sum = 0;
+    size_t i, count = m->corners.count;
+    int pass;
+    facts->min = 2;
+    facts->max = -2;
+    for (pass = 0; pass < 2; pass++) {  /* the mean first, then the deviation from it */
+        for (i = 0, sum = 0; i < count; i++) {
+            double cosine;
+            if (i % 3 == 0) face_normal(m, i / 3, n);
+            cosine = dot(normals + 3 * (size_t)u32_at(&m->corners, i), n);
+            facts->min = fmin(facts->min, cosine);
+            facts->max = fmax(facts->max, cosine);
+            sum += pass == 0 ? cosine : (cosine - facts->mean) * (cosine - facts->mean);
+        }
+        if (pass == 0) facts->mean = sum / (double)count;
+    }
+    facts->std = sqrt(sum / (double)count);
+}
+
+static int compare_u64(const void *left, const void *right)
+{
+    const uint64_t *a = left, *b = right;
+    return *a < *b ? -1 : *a > *b;
+}
+
+static void count_edges(const mesh *m, const double *normals, triangle_facts *facts)
+{
+    size_t count = m->corners.count, i;
+    uint64_t *edges = resize(NULL, count, sizeof *edges);
+    for (i = 0; i < count; i++) {
+        uint64_t a = u32_at(&m->corners, i);
+        uint64_t b = u32_at(&m->corners, i % 3 == 2 ? i - 2 : i + 1);
+        edges[i] = a < b ? a << 32 | b : b << 32 | a;
+    }
+    qsort(edges, count, sizeof *edges, compare_u64);
+    for (i = 0; i < count; i++) {
+        size_t a = (size_t)(edges[i] >> 32), b = (size_t)(edges[i] & 0xFFFFFFFF), k;
+        double d[3], at_a, at_b;
+        if (i > 0 && edges[i] == edges[i - 1]) continue;
+        for (k = 0; k < 3; k++) {
+            d[k] = (double)floats_at(&m->positions, b, 3)[k]
+                   - (double)floats_at(&m->positions, a, 3)[k];
+        }
+        at_a = dot(normals + 3 * a, d);
+        at_b = -dot(normals + 3 * b, d);
+        if (at_a < 0 && at_b < 0) facts->convex++;
+        else if (at_a > 0 && at_b > 0) facts->concave++;
+        else facts->inflection++;
+    }
+    free(edges);
+}
+
+static void measure_triangles(const mesh *m, triangle_facts *facts)
+{
+    double *normals;
+    size_t i;
+    memset(facts, 0, sizeof *facts);
+    for (i = 0; i < m->sizes.count; i++) {
+        if (u32_at(&m->sizes, i) != 3) return;
+    }
+    facts->exist = true;
+    normals = mean_normals(m);
+    measure_cosines(m, normals, facts);
+    count_edges(m, normals, facts);
+    free(normals);
+}
+
+static double count_points(const psurf_patches_layout *layout)
+{
+    double points = 0;
+    int kind;
+    for (kind = 0; kind < PSURF_KIND_COUNT; kind++) {
+        points += (double)layout->kind[kind].count * layout->kind[kind].points;
+    }
+    return points;
+}
+
+static void print_info(const surface *s, const triangle_facts *t, bool json)
+{
+    const psurf_info *i = &s->info;
+    const uint32_t *faces = i->kind_faces;
+    const fact facts[] = {
+        {"vertices", i->vertices}, {"faces", i->faces}, {"edges", i->edges},
+        {"boundary_edges", i->boundary_edges}, {"hard_edges", i->hard_edges},
+        {"components", i->components}, {"max_valence", i->max_valence},
+        {"ordinary", faces[PSURF_BICUBIC]}, {"polar", faces[PSURF_POLAR]}, {"p3", faces[PSURF_P3]},
+        {"p4", faces[PSURF_P4]}, {"p5", faces[PSURF_P5]}, {"ngon", i->ngon_faces},
+        {"valence2", i->valence2}, {"control_points", count_points(&s->patches.layout)},
+        {"bytes", (double)i->bytes + (double)s->patches.layout.patch_bytes},
+        {"cos_mean", t->mean}, {"cos_std", t->std}, {"cos_min", t->min}, {"cos_max", t->max},
+        {"convex", (double)t->convex}, {"concave", (double)t->concave},
+        {"inflection", (double)t->inflection},
+    };
+    print_facts(facts, sizeof facts / sizeof *facts - (t->exist ? 0 : 7), json);
+}
+
+static int run_info(mesh *m, const options *o)
+{
+    surface s;
+    triangle_facts facts;
+    build_surface(&s, m, o);
+    measure_triangles(m, &facts);
+    print_info(&s, &facts, o->json);
+    free_surface(&s);
+    return EXIT_SUCCESS;
+}
+
+/* ---- commands -------------------------------------------------------------------------------- */
+
+enum { INFO = 1, TESSELLATE = 2, PATCHES = 4, SAMPLE = 8, CHECK = 16, EVERY = 31 };
+
+static const struct command {
+    const char *name;
+    unsigned bit;
+    int (*run)(mesh *m, const options *o);
+    const char *usage, *summary, *help;
+} commands[] = {
+    {"info", INFO, run_info, "MESH [--json]", "counts and classes of the mesh",
+     "Counts the input mesh and its faces by class: ordinary (bicubic), polar, p3 p4 p5\n"
+     "(triangles, quads and pentagons beside irregular vertices), ngon (split). bytes is what\n"
+     "topology and patches occupy. For triangle meshes also the cosine between vertex normals\n"
+     "and triangle normals, and how many edges are convex, concave, or neither (inflection).\n\n"
+     "Examples:\n"
+     "    patchsurf info spot.obj\n"
+     "    patchsurf info spot.obj --json\n"},
+    {"tessellate", TESSELLATE, run_tessellate, "MESH -o OUT", "the smooth surface as triangles",
+     "Writes the smooth surface as a triangle mesh with normals, and with texture coordinates\n"
+     "where the input has them; vertices on their seams are split. The name of OUT decides the\n"
+     "format: .obj or .glb; - writes OBJ to standard output. OUT appears when it is complete.\n\n"
+     "Examples:\n"
+     "    patchsurf tessellate spot.obj -o smooth.glb\n"
+     "    patchsurf tessellate spot.obj -o smooth.obj --rate 16 --blend 0.3\n"
+     "    patchsurf tessellate - -o - < spot.obj > smooth.obj\n"},
+    {"patches", PATCHES, run_patches, "MESH [-o OUT.json]", "control points of the patches",
+     "Writes the patches as JSON: face, sector (piece of a split face), kind and control points,\n"
+     "ordered by kind, then by face. The header documents the order of the points.\n\n"
+     "Examples:\n"
+     "    patchsurf patches spot.obj\n"
+     "    patchsurf patches spot.obj -o spot.json\n"},
+    {"sample", SAMPLE, run_sample, "MESH [-o OUT.csv] [--curvature]",
+     "points and normals as a table",
+     "Writes positions and unit normals at R+1 samples per edge as CSV, face by face, v outer\n"
+     "and u inner; faces of five and more corners sector by sector, lines that two sectors\n"
+     "share in both. These are exactly the bits that tessellation writes. Curvature that does\n"
+     "not exist, at poles for instance, is left empty; the mean curvature of a sphere seen from\n"
+     "outside is negative.\n\n"
+     "Examples:\n"
+     "    patchsurf sample spot.obj --rate 4\n"
+     "    patchsurf sample spot.obj --curvature -o spot.csv\n"},
+    {"check", CHECK, run_check, "MESH [--json]", "compares shared edges from both sides",
+     "Compares the samples of every edge as its two faces have them: positions must agree bit\n"
+     "for bit; the largest angle between normals is printed. Normals are not compared on sharp\n"
+     "edges, with a blend ratio of 0 at an end, nor where they are degenerate: on edges shorter\n"
+     "than 1e-5 of the bounding box diagonal, beside faces with an angle under 0.5 degrees, at\n"
+     "vertices of valence 2. Exit status 1 on a crack or a value that is not finite.\n\n"
+     "Examples:\n"
+     "    patchsurf check spot.obj\n"
+     "    patchsurf check spot.obj --rate 33 --json\n"},
+};
+
+/* ---- options --------------------------------------------------------------------------------- */
+
+static void set_output(options *o, const char *value) { o->output = value; }
+static void set_json(options *o, const char *value) { (void)value; o->json = true; }
+static void set_curvature(options *o, const char *value) { (void)value; o->curvature = true; }
+static void set_quiet(options *o, const char *value) { (void)o; (void)value; quiet = true; }
+static void set_help(options *o, const char *value) { (void)value; o->help = true; }
+
+static void set_scheme(options *o, const char *value)
+{
+    int i;
+    for (i = 0; i < PSURF_SCHEME_COUNT; i++) {
+        if (strcmp(value, psurf_scheme_name((psurf_scheme)i)) == 0) {
+            o->scheme = (psurf_scheme)i;
+            return;
+        }
+    }
+    fail("patchsurf", 0, "unknown scheme %s; this version has pm", value);
+}
+
+static void set_rate(options *o, const char *value)
+{
+    const char *at = value, *end = value + strlen(value);
+    int64_t rate;
+    if (!scan_integer(&at, end, &rate) || at != end || rate < 1 || rate > PSURF_MAX_RATE) {
+        fail("patchsurf", 0, "--rate takes a whole number from 1 to %u, not %s", PSURF_MAX_RATE,
+             value);
+    }
+    o->rate = (uint32_t)rate;
+}
+
+static void set_blend(options *o, const char *value)
+{
+    char *end;
+    o->blend = strtof(value, &end);
+    o->has_blend = true;
+    if (end == value || *end || !(o->blend >= 0 && o->blend <= 1)) {
+        fail("patchsurf", 0, "--blend takes a number from 0 to 1, not %s", value);
+    }
+}
+
+static const struct option {
+    const char *name, *value;           /* value: what its argument is called, or NULL */
+    unsigned commands;
+    void (*set)(options *o, const char *value);
+    const char *help;
+} option_table[] = {
+    {"-o", "OUT", TESSELLATE | PATCHES | SAMPLE, set_output, "file to write; - is standard output"},
+    {"--json", NULL, INFO | CHECK, set_json, "print one JSON object"},
+    {"--curvature", NULL, SAMPLE, set_curvature, "add Gaussian and mean curvature"},
+    {"--scheme", "S", EVERY, set_scheme, "the surface: pm (default)"},
+    {"--rate", "R", EVERY, set_rate, "segments per edge, 1 to 16384 (default 8)"},
+    {"--blend", "A", EVERY, set_blend,
+     "blend ratio of edges without a tag: 0 sharp, 2/3 B-spline (default), 1 softest"},
+    {"--quiet", NULL, EVERY, set_quiet, "no warnings and no progress bar"},
+    {"--help", NULL, EVERY, set_help, "this text"},
+};
+
+enum { COMMAND_COUNT = sizeof commands / sizeof *commands,
+       OPTION_COUNT = sizeof option_table / sizeof *option_table };
+
+static void print_help(FILE *file, const struct command *command)
+{
+    int i;
+    fprintf(file, "Usage: patchsurf %s %s [options]\n\n%s\nOptions:\n", command->name,
+            command->usage, command->help);
+    for (i = 0; i < OPTION_COUNT; i++) {
+        const struct option *option = &option_table[i];
+        if (option->commands & command->bit) {
+            fprintf(file, "    %-11s %-4s %s\n", option->name, option->value ? option->value : "",
+                    option->help);
+        }
+    }
+    fputs("\nMESH is a Wavefront OBJ file, or - for standard input: a closed mesh of triangles,\n"
+          "quads and pentagons, counter-clockwise seen from outside. Tags \"t crease\" of a\n"
+          "sharpness s < 10 set the blend ratio (2/3) 2^-s at both ends of their edges.\n"
+          "Exit status: 0 done, 1 a check failed, 2 bad usage or bad input.\n", file);
+}
+
+static void print_overview(FILE *file)
+{
+    int i;
+    fputs("Usage: patchsurf COMMAND MESH [options]\n\n"
+          "Turns a polygon mesh into a smooth surface.\n\nCommands:\n", file);
+    for (i = 0; i < COMMAND_COUNT; i++) {
+        fprintf(file, "    %-11s %s\n", commands[i].name, commands[i].summary);
+    }
+    fputs("\n    patchsurf COMMAND --help    options and examples\n    patchsurf --version\n\n"
+          "Try:\n    patchsurf tessellate mesh.obj -o smooth.glb\n", file);
+}
+
+static const struct command *find_command(const char *name)
+{
+    int i;
+    for (i = 0; i < COMMAND_COUNT; i++) {
+        if (strcmp(commands[i].name, name) == 0) return &commands[i];
+    }
+    fail("patchsurf", 0, "unknown command %s; patchsurf --help lists them", name);
+}
+
+/* Takes --name VALUE and --name=VALUE. Returns how many arguments it used. */
+static int read_option(const struct command *command, options *o, char **arguments)
+{
+    const char *name = arguments[0], *equals = strchr(name, '=');
+    size_t size = equals ? (size_t)(equals - name) : strlen(name);
+    int i;
+    for (i = 0; i < OPTION_COUNT; i++) {
+        const struct option *option = &option_table[i];
+        const char *value = equals ? equals + 1 : arguments[1];
+        if (!(option->commands & command->bit) || strlen(option->name) != size
+            || memcmp(option->name, name, size) != 0) continue;
+        if (option->value && !value) fail("patchsurf", 0, "%s needs a value", name);
+        if (!option->value && equals) fail("patchsurf", 0, "%s takes no value", option->name);
+        option->set(o, value);
+        return option->value && !equals ? 2 : 1;
+    }
+    fail("patchsurf", 0, "%s has no option %s; patchsurf %s --help lists them", command->name, name,
+         command->name);
+}
+
+static void read_arguments(const struct command *command, options *o, char **arguments)
+{
+    while (*arguments) {
+        if ((*arguments)[0] == '-' && (*arguments)[1]) {
+            arguments += read_option(command, o, arguments);
+        } else {
+            if (o->input) fail("patchsurf", 0, "one mesh at a time, not %s as well", *arguments);
+            o->input = *arguments++;
+        }
+    }
+    if (o->help) return;
+    if (!o->input) fail("patchsurf", 0, "%s needs a mesh: %s %s", command->name, command->name,
+                        command->usage);
+    if (command->bit == TESSELLATE) {
+        if (!o->output) fail("patchsurf", 0, "tessellate needs -o OUT");
+        find_writer(o->output);         /* a bad name should not cost a long computation */
+    }
+}
+
+/* Help and version, which need no mesh. */
+static int print_text(const char *first, const struct command *command)
+{
+    output out = open_output(NULL);
+    if (strcmp(first, "--version") == 0) fprintf(out.file, "%s\n", PROGRAM);
+    else if (command) print_help(out.file, command);
+    else print_overview(out.file);
+    close_output(&out);
+    return EXIT_SUCCESS;
+}
+
+int main(int argc, char **argv)
+{
+    const struct command *command;
+    options o;
+    mesh m;
+    int status;
+    memset(&o, 0, sizeof o);
+    o.rate = 8;
+    if (argc < 2) {
+        print_overview(stderr);
+        return EXIT_BAD;
+    }
+    if (strcmp(argv[1], "--version") == 0 || strcmp(argv[1], "--help") == 0) {
+        return print_text(argv[1], NULL);
+    }
+    command = find_command(argv[1]);
+    read_arguments(command, &o, argv + 2);
+    if (o.help) return print_text(argv[1], command);
+    signal(SIGINT, on_signal);
+    signal(SIGTERM, on_signal);
+    bar.enabled = !quiet && isatty(fileno(stderr));
+    bar.next = clock() + CLOCKS_PER_SEC / 2;
+    read_mesh(&m, o.input);
+    status = command->run(&m, &o);
+    clear_bar();
+    free_mesh(&m);
+    return status;
+}

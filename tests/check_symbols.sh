@@ -1,0 +1,78 @@
+#!/bin/sh
+# The header defines no symbol and no macro without its prefix, has no writable data, and asks
+# nothing of the C library but what it says.
+#
+#   tests/check_symbols.sh [COMPILER [FLAGS...]]
+set -u
+
+[ $# -gt 0 ] || set -- gcc
+scratch=$(mktemp -d) || exit 1
+trap 'rm -rf "$scratch"' EXIT
+failed=0
+
+# complain WHAT: each line of standard input is an offender
+complain() {
+    sort -u >"$scratch/offenders"
+    [ -s "$scratch/offenders" ] || return 0
+    echo "$1:"
+    sed 's/^/    /' "$scratch/offenders"
+    failed=1
+}
+
+# object NAME [DEFINE...]: compiles the implementation
+object() {
+    name=$1
+    shift
+    {
+        for define in "$@" PSURF_IMPLEMENTATION; do echo "#define $define"; done
+        echo '#include "patchsurf.h"'
+    } >"$scratch/$name.c"
+    # Not as PIE: there, constant tables of pointers count as data until they are relocated.
+    $compiler -O1 -I. -fno-pic -fno-stack-protector -c "$scratch/$name.c" -o "$scratch/$name.o" || exit 1
+}
+undefined() { nm -u "$scratch/$1.o" | awk '$NF != "_GLOBAL_OFFSET_TABLE_" { print $NF }'; }
+defined() { nm --defined-only "$scratch/$1.o"; }
+macros() {              # names of all macros after some lines of C
+    printf '%s\n' "$@" | $compiler -I. -dM -E -x c - | awk '{ sub(/\(.*/, "", $2); print $2 }' |
+        sort -u
+}
+# new_macros LINE...: those that the header adds to the standard ones
+new_macros() {
+    headers='#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <math.h>
+#include <float.h>
+#include <limits.h>'
+    macros "$headers" >"$scratch/before"
+    macros "$headers" "$@" | comm -13 "$scratch/before" -
+}
+
+compiler=$*
+object normal
+object static PSURF_STATIC
+object bare PSURF_NO_STDLIB
+
+defined normal | awk '$2 ~ /[A-Z]/ && $3 !~ /^psurf_[a-z]/ { print $3 }' |
+    complain 'exported without the prefix psurf_'
+defined normal | awk '$2 ~ /[a-z]/ && $3 !~ /^\.|\.[0-9]+$/ && $3 !~ /^psurf_/ { print $3 }' |
+    complain 'private, without the prefix psurf_'
+defined normal | awk '$2 ~ /[bBdDcC]/ && $3 !~ /^\./ { print $3 }' | complain 'writable data'
+defined static | awk '$2 ~ /[A-Z]/ { print $3 }' | complain 'exported with PSURF_STATIC'
+undefined normal | grep -v -x -E 'malloc|free|mem(cpy|set|move|cmp)|sqrtf?' |
+    complain 'asked of the C library'
+undefined bare | grep -v -x -E 'mem(cpy|set|move|cmp)|sqrtf?' |
+    complain 'asked of the C library with PSURF_NO_STDLIB'
+
+new_macros '#include "patchsurf.h"' >"$scratch/api"
+grep -v '^PSURF_' "$scratch/api" | complain 'macros without the prefix PSURF_'
+grep '^PSURF__' "$scratch/api" | complain 'private macros left defined'
+new_macros '#define PSURF_IMPLEMENTATION' '#include "patchsurf.h"' |
+    grep -v -x -E 'PSURF_IMPLEMENTATION(_DONE)?' | comm -13 "$scratch/api" - |
+    complain 'macros that the implementation leaves defined'
+
+exported=$(defined normal | awk '$2 == "T"' | wc -l)
+[ "$exported" -gt 0 ] || { echo 'nothing is exported' && failed=1; }
+[ "$failed" = 1 ] || echo "$compiler: $exported symbols and $(wc -l <"$scratch/api") macros, all prefixed"
+exit "$failed"

@@ -1,0 +1,309 @@
+/* One 64-bit hash per scene over control points and tessellations: the same under every compiler,
+   flag, width and byte order. Compares with tests/data/hashes.txt, hashes_double.txt in double; with
+   --print only prints the lines of that file. Without cmocka (-DPSURF_NO_CMOCKA), for machines that
+   have none, it does the same and exits with 1 where a hash differs. */
+#define PSURF_IMPLEMENTATION
+#include "common.h"
+
+/* FNV-1a over the bytes of numbers, lowest first, whatever the machine's order is. */
+static uint64_t hash_number(uint64_t hash, uint64_t number, unsigned bytes)
+{
+    unsigned i;
+    for (i = 0; i < bytes; i++) {
+        hash ^= number & 0xFF;
+        hash *= 0x100000001B3u;
+        number >>= 8;
+    }
+    return hash;
+}
+
+static uint64_t hash_reals(uint64_t hash, const psurf_real *reals, size_t count)
+{
+    size_t i;
+    for (i = 0; i < count; i++) {
+        uint32_t narrow;
+        uint64_t wide;
+        if (IS_DOUBLE) memcpy(&wide, reals + i, sizeof wide);
+        else memcpy(&narrow, reals + i, sizeof narrow), wide = narrow;
+        hash = hash_number(hash, wide, sizeof(psurf_real));
+    }
+    return hash;
+}
+
+static uint64_t hash_indices(uint64_t hash, const uint32_t *indices, size_t count)
+{
+    size_t i;
+    for (i = 0; i < count; i++) hash = hash_number(hash, indices[i], 4);
+    return hash;
+}
+
+/* Control points kind by kind, in the order of patches. */
+static uint64_t hash_patches(uint64_t hash, const surface *s)
+{
+    uint32_t i;
+    for (i = 0; i < s->info.facets; i++) {
+        psurf_patch patch = psurf_get_patch(&s->patches, i);
+        hash = hash_reals(hash, patch.points, (size_t)patch.point_count * 3);
+    }
+    return hash;
+}
+
+/* Tessellates the mesh, in ranges of step faces, and hashes all of it. */
+static uint64_t hash_tessellation(uint64_t hash, const surface *s, uint32_t rate, uint32_t flags,
+                                  uint32_t step)
+{
+    psurf_tess_desc desc;
+    psurf_tess_span span;
+    psurf_tess_out out;
+    uint32_t f;
+    memset(&desc, 0, sizeof desc);
+    memset(&out, 0, sizeof out);
+    desc.rate = rate;
+    desc.flags = flags;
+    REQUIRE(psurf_tessellate_size(s->topology, &desc, 0, PSURF_NONE, &span) == PSURF_OK, "size\n");
+    out.p = (psurf_real *)grab((size_t)span.vertex_count * 3, sizeof *out.p);
+    out.n = (psurf_real *)grab((size_t)span.vertex_count * 3, sizeof *out.n);
+    out.indices = grab(span.index_count, sizeof(uint32_t));
+    for (f = 0; f < s->info.faces; f += step)
+        REQUIRE(psurf_tessellate(&s->patches, &desc, f, step, &out) == PSURF_OK, "tessellate\n");
+    hash = hash_reals(hash, out.p, (size_t)span.vertex_count * 3);
+    hash = hash_reals(hash, out.n, (size_t)span.vertex_count * 3);
+    hash = hash_indices(hash, (const uint32_t *)out.indices, span.index_count);
+    free(out.p);
+    free(out.n);
+    free(out.indices);
+    return hash;
+}
+
+/* Everything about a surface, made in passes and ranges of step items. */
+static uint64_t hash_surface(surface *s, uint32_t step)
+{
+    static const uint32_t rates[] = {1, 5, 8};
+    uint64_t hash = 0xCBF29CE484222325u;
+    uint32_t pass, i, r;
+    for (pass = 0; pass < PSURF_PASS_COUNT; pass++)
+        for (i = 0; i < s->patches.layout.pass_items[pass]; i += step)
+            REQUIRE(psurf_construct_pass(&s->patches, &s->construct, (psurf_pass)pass, i, step)
+                        == PSURF_OK, "construct\n");
+    hash = hash_patches(hash, s);
+    for (r = 0; r < COUNT_OF(rates); r++) {
+        hash = hash_tessellation(hash, s, rates[r], 0, step);
+        hash = hash_tessellation(hash, s, rates[r], PSURF_TESS_PER_FACE, step);
+    }
+    return hash;
+}
+
+/* ---- scenes ---------------------------------------------------------------------------------- */
+
+static mesh scene_dodecahedron(void)
+{
+    mesh m = make_dodecahedron();
+    uint64_t rng = 1;
+    mesh_jitter(&m, &rng, 0.125);
+    return m;
+}
+
+static mesh scene_torus(void)
+{
+    mesh m = make_torus(9, 7);
+    uint64_t rng = 2;
+    mesh_jitter(&m, &rng, 0.25);
+    return m;
+}
+
+/* Poles of every valence from 3 to 13, and one of 200. */
+static mesh scene_poles(void)
+{
+    mesh m = make_latlong(200, 2);
+    uint32_t n;
+    for (n = 3; n <= 13; n++) {
+        mesh ball = make_latlong(n, 1 + n % 3);
+        mesh_append(&m, &ball, 4.0 * n);
+        mesh_free(&ball);
+    }
+    return m;
+}
+
+static mesh scene_triangles(void)
+{
+    mesh m = make_torus(7, 6), ball;
+    uint64_t rng = 3;
+    uint32_t n;
+    mesh_split_quads(&m, &rng, 60);
+    mesh_jitter(&m, &rng, 0.125);
+    for (n = 3; n <= 12; n++) {
+        ball = make_triangle_ball(n);
+        mesh_append(&m, &ball, 4.0 * n);
+        mesh_free(&ball);
+    }
+    return m;
+}
+
+static mesh scene_creature(void)
+{
+    mesh m = make_creature();
+    uint64_t rng = 4;
+    mesh_jitter(&m, &rng, 0.0625);
+    return m;
+}
+
+static mesh scene_random(void)
+{
+    mesh m = {0};
+    uint64_t rng = 5;
+    uint32_t k;
+    for (k = 0; k < 8; k++) {
+        mesh part = make_random_spindle(&rng, 10 * k, 9);
+        mesh_jitter(&part, &rng, 0.0625);
+        mesh_append(&m, &part, 4.0 * k);
+        mesh_free(&part);
+    }
+    return m;
+}
+
+static mesh scene_blends(void)
+{
+    mesh m = make_creature();
+    uint64_t rng = 6;
+    mesh_random_tags(&m, &rng, 0);
+    return m;
+}
+
+static const struct { const char *name; mesh (*make)(void); } scenes[] = {
+    {"dodecahedron", scene_dodecahedron}, {"torus", scene_torus},       {"poles", scene_poles},
+    {"triangles", scene_triangles},       {"creature", scene_creature}, {"random", scene_random},
+    {"blends", scene_blends}};
+
+static uint64_t hash_scene(uint32_t i, uint32_t step)
+{
+    mesh m = scenes[i].make();
+    surface s;
+    uint64_t hash;
+    surface_build(&s, &m);
+    hash = hash_surface(&s, step);
+    surface_free(&s);
+    mesh_free(&m);
+    return hash;
+}
+
+static void hash_text(char *text, size_t size, uint64_t hash)
+{
+    snprintf(text, size, "%08lx%08lx", (unsigned long)(hash >> 32),
+             (unsigned long)(hash & 0xFFFFFFFFu));
+}
+
+/* The hash on file; 0 where there is none. */
+static int stored_hash(const char *scene, char *text)
+{
+    char path[256], name[64];
+    int found = 0;
+    FILE *file;
+    snprintf(path, sizeof path, "%s/%s.txt", PSURF_TEST_DATA,
+             IS_DOUBLE ? "hashes_double" : "hashes");
+    file = fopen(path, "r");
+    while (file && !found && fscanf(file, "%63s %16s", name, text) == 2) found = !strcmp(name, scene);
+    if (file) fclose(file);
+    return found;
+}
+
+/* Hashes every scene, in whole and in ranges; returns how many are not what they should be. */
+static int compare_scenes(int print_only)
+{
+    static const uint32_t steps[] = {PSURF_NONE / 2, 1, 7};
+    uint32_t i, k;
+    int wrong = 0;
+    for (i = 0; i < COUNT_OF(scenes); i++) {
+        char ours[20], stored[20] = "missing";
+        uint64_t hash = hash_scene(i, steps[0]);
+        hash_text(ours, sizeof ours, hash);
+        printf("%s %s\n", scenes[i].name, ours);
+        for (k = 1; k < COUNT_OF(steps); k++)
+            if (hash_scene(i, steps[k]) != hash) {
+                fprintf(stderr, "%s: other bits in ranges of %u\n", scenes[i].name,
+                        (unsigned)steps[k]);
+                wrong++;
+            }
+        if (!print_only && (!stored_hash(scenes[i].name, stored) || strcmp(ours, stored))) {
+            fprintf(stderr, "%s: %s expected\n", scenes[i].name, stored);
+            wrong++;
+        }
+    }
+    return wrong;
+}
+
+#ifndef PSURF_NO_CMOCKA
+static void test_scenes(void **state)
+{
+    (void)state;
+    assert_int_equal(psurf_exact(), 1);
+    assert_int_equal(compare_scenes(0), 0);
+}
+
+/* The scenes together have every kind of patch, and blend ratios. */
+static void test_scenes_cover(void **state)
+{
+    uint32_t i, k, faces[PSURF_KIND_COUNT] = {0}, tags = 0;
+    (void)state;
+    for (i = 0; i < COUNT_OF(scenes); i++) {
+        mesh m = scenes[i].make();
+        psurf_kind *kind = classify_faces(&m);
+        assert_true(mesh_is_valid(&m));
+        for (k = 0; k < m.face_count; k++) faces[kind[k]]++;
+        for (k = 0; k < m.vertex_count; k++) {          /* positions are exact in float too */
+            const vec p = m.positions[k];
+            assert_true((double)(float)p.x == p.x && (double)(float)p.y == p.y
+                        && (double)(float)p.z == p.z);
+        }
+        tags += m.tag_count;
+        free(kind);
+        mesh_free(&m);
+    }
+    for (k = 0; k < PSURF_KIND_COUNT; k++) assert_true(faces[k] >= 30);
+    assert_true(tags > 20);
+}
+
+/* One bit of one control point: another hash, and psurf_check reports a crack. */
+static void test_one_bit(void **state)
+{
+    mesh m = scene_creature();
+    surface s;
+    uint64_t hash;
+    uint32_t i;
+    psurf_check_result r;
+    (void)state;
+    surface_build(&s, &m);
+    hash = hash_patches(0, &s);
+    for (i = 0; i < s.info.facets; i++) {
+        psurf_patch patch = psurf_get_patch(&s.patches, i);
+        size_t at = (size_t)((const char *)(const void *)patch.points - s.memory);
+        unsigned char *real = (unsigned char *)s.memory + at;
+        const uint32_t one = 1;
+        unsigned char *low = real + (*(const unsigned char *)&one ? 0 : sizeof(psurf_real) - 1);
+        *low ^= 1;
+        assert_true(hash_patches(0, &s) != hash);
+        assert_int_equal(psurf_check(&s.patches, &s.construct, 3, 0, PSURF_NONE, &r), PSURF_OK);
+        assert_true(r.cracks > 0);
+        *low ^= 1;
+    }
+    assert_true(hash_patches(0, &s) == hash);
+    assert_int_equal(psurf_check(&s.patches, &s.construct, 3, 0, PSURF_NONE, &r), PSURF_OK);
+    assert_int_equal(r.cracks, 0);
+    surface_free(&s);
+    mesh_free(&m);
+}
+#endif
+
+int main(int argc, char **argv)
+{
+    if (argc > 1 && !strcmp(argv[1], "--print")) return compare_scenes(1) != 0;
+#ifndef PSURF_NO_CMOCKA
+    {
+        const struct CMUnitTest tests[] = {cmocka_unit_test(test_scenes),
+                                           cmocka_unit_test(test_scenes_cover),
+                                           cmocka_unit_test(test_one_bit)};
+        return cmocka_run_group_tests_name("hash", tests, NULL, NULL);
+    }
+#else
+    return compare_scenes(0) != 0;
+#endif
+}

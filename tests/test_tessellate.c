@@ -1,0 +1,687 @@
+/* Tessellation: what per-face and welded output have in common bit for bit, closedness, ranges, limits;
+   and psurf_check and psurf_smooth, which are made of it. */
+#define PSURF_IMPLEMENTATION
+#include "common.h"
+
+typedef struct tess {
+    psurf_tess_desc desc;
+    psurf_tess_span span;
+    psurf_real *p, *n;
+    psurf_sample *where;
+    uint32_t *indices;
+} tess;
+
+/* The whole mesh. */
+static tess tessellate(const surface *s, uint32_t rate, uint32_t flags)
+{
+    tess t;
+    psurf_tess_out out;
+    memset(&t, 0, sizeof t);
+    memset(&out, 0, sizeof out);
+    t.desc.rate = rate;
+    t.desc.flags = flags;
+    assert_int_equal(psurf_tessellate_size(s->topology, &t.desc, 0, PSURF_NONE, &t.span), PSURF_OK);
+    assert_int_equal(t.span.first_vertex, 0);
+    assert_int_equal(t.span.first_index, 0);
+    out.p = t.p = (psurf_real *)grab((size_t)t.span.vertex_count * 3, sizeof *t.p);
+    out.n = t.n = (psurf_real *)grab((size_t)t.span.vertex_count * 3, sizeof *t.n);
+    out.where = t.where = (psurf_sample *)grab(t.span.vertex_count, sizeof *t.where);
+    out.indices = t.indices = (uint32_t *)grab(t.span.index_count, sizeof *t.indices);
+    assert_int_equal(psurf_tessellate(&s->patches, &t.desc, 0, PSURF_NONE, &out), PSURF_OK);
+    return t;
+}
+
+static void tess_free(tess *t)
+{
+    free(t->p);
+    free(t->n);
+    free(t->where);
+    free(t->indices);
+}
+
+static uint32_t vertices_of_face(uint32_t size, uint32_t rate)
+{
+    if (size == 3) return (rate + 1) * (rate + 2) / 2;
+    return size == 4 ? (rate + 1) * (rate + 1) : 1 + size * rate * (rate + 1) / 2;
+}
+
+static uint32_t triangles_of_face(uint32_t size, uint32_t rate)
+{
+    return size == 3 ? rate * rate : size == 4 ? 2 * rate * rate : size * rate * rate;
+}
+
+/* By the rule in the header: corners stand in the order of facets, kind by kind. */
+static uint32_t first_corner(const surface *s, uint32_t facet)
+{
+    static const uint32_t sides[PSURF_KIND_COUNT] = {4, 3, 3, 4, 5};
+    uint32_t kind = 0;
+    while (facet >= s->tables.kind_first[kind + 1]) kind++;
+    return s->tables.kind_first_corner[kind] + (facet - s->tables.kind_first[kind]) * sides[kind];
+}
+
+/* The creature, its corners turned, beside other shapes: every kind and every corner. */
+static mesh make_scene(uint64_t seed)
+{
+    uint64_t rng = seed;
+    mesh m = make_creature(), ball = make_latlong(5, 1), torus = make_torus(6, 5);
+    uint32_t f, k;
+    mesh_split_quads(&torus, &rng, 30);
+    mesh_scramble(&torus, &rng, 6);
+    mesh_append(&m, &ball, 8);
+    mesh_append(&m, &torus, 16);
+    mesh_jitter(&m, &rng, 0.04);
+    for (f = 0; f < m.face_count; f++) {
+        mesh_face_data old = m.faces[f];
+        for (k = 0; k < old.size; k++) m.faces[f].v[k] = old.v[(k + f) % old.size];
+    }
+    mesh_free(&ball);
+    mesh_free(&torus);
+    return m;
+}
+
+/* ---- counts, order, closedness --------------------------------------------------------------- */
+
+typedef struct triangle_edge { uint32_t from, to; } triangle_edge;
+
+static int compare_edges(const void *pa, const void *pb)
+{
+    const triangle_edge *a = (const triangle_edge *)pa, *b = (const triangle_edge *)pb;
+    if (a->from != b->from) return a->from < b->from ? -1 : 1;
+    return a->to < b->to ? -1 : a->to > b->to;
+}
+
+/* Every directed edge once, with its reverse. Returns the number of undirected edges. */
+static uint32_t expect_closed(const tess *t)
+{
+    triangle_edge *edges = (triangle_edge *)grab(t->span.index_count, sizeof *edges);
+    uint32_t count = (uint32_t)t->span.index_count, i;
+    for (i = 0; i < count; i++) {
+        edges[i].from = t->indices[i];
+        edges[i].to = t->indices[i % 3 == 2 ? i - 2 : i + 1];
+        assert_true(edges[i].from < t->span.vertex_count && edges[i].from != edges[i].to);
+    }
+    qsort(edges, count, sizeof *edges, compare_edges);
+    for (i = 0; i < count; i++) {
+        triangle_edge back;
+        back.from = edges[i].to, back.to = edges[i].from;
+        assert_true(i == 0 || compare_edges(&edges[i - 1], &edges[i]) != 0);
+        assert_non_null(bsearch(&back, edges, count, sizeof *edges, compare_edges));
+    }
+    free(edges);
+    return count / 2;
+}
+
+/* Triangles see the outside: their plane agrees with the normals of their vertices. */
+static uint32_t turned_triangles(const tess *t)
+{
+    uint32_t turned = 0;
+    size_t i;
+    for (i = 0; i < t->span.index_count; i += 3) {
+        const uint32_t *v = t->indices + i;
+        vec a = load(t->p + 3 * v[0]), b = load(t->p + 3 * v[1]), c = load(t->p + 3 * v[2]);
+        vec n = add(load(t->n + 3 * v[0]), add(load(t->n + 3 * v[1]), load(t->n + 3 * v[2])));
+        turned += !(dot(cross(sub(b, a), sub(c, a)), n) > 0);
+    }
+    return turned;
+}
+
+static void test_welded(void **state)
+{
+    mesh m = make_scene(1), shape = make_creature();
+    surface s;
+    uint32_t rate, f;
+    (void)state;
+    surface_build(&s, &m);
+    for (rate = 1; rate <= 33; rate += rate < 9 ? 1 : 8) {
+        tess t = tessellate(&s, rate, 0);
+        uint32_t inside = 0, triangles = 0, edges, i, *used;
+        for (f = 0; f < m.face_count; f++) {
+            inside += vertices_of_face(m.faces[f].size, rate) - m.faces[f].size * rate;
+            triangles += triangles_of_face(m.faces[f].size, rate);
+        }
+        assert_int_equal(t.span.vertex_count,
+                         s.info.rings + s.info.edges * (rate - 1) + inside);
+        assert_int_equal(t.span.index_count, 3 * triangles);
+        edges = expect_closed(&t);
+        assert_int_equal((int)(t.span.vertex_count + triangles) - (int)edges,
+                         (int)(s.info.rings + s.info.faces) - (int)s.info.edges);
+        used = (uint32_t *)grab(t.span.vertex_count, sizeof *used);
+        for (i = 0; i < t.span.index_count; i++) used[t.indices[i]]++;
+        for (i = 0; i < t.span.vertex_count; i++) assert_true(used[i] >= 3);
+        free(used);
+        tess_free(&t);
+    }
+    surface_free(&s);
+    surface_build(&s, &shape);                          /* no jitter, nothing folds over */
+    for (rate = 1; rate <= 9; rate++) {
+        tess t = tessellate(&s, rate, 0);
+        assert_int_equal(turned_triangles(&t), 0);
+        tess_free(&t);
+    }
+    surface_free(&s);
+    mesh_free(&m);
+    mesh_free(&shape);
+}
+
+/* Vertices of the same corner of the same triangle have the same position, per face and welded, bit
+   for bit; normals too where the writer is the face itself, else to rounding. */
+static void test_per_face_equals_welded(void **state)
+{
+    mesh m = make_scene(2);
+    surface s;
+    uint32_t rate;
+    (void)state;
+    surface_build(&s, &m);
+    for (rate = 1; rate <= 33; rate += rate < 9 ? 1 : 6) {
+        tess a = tessellate(&s, rate, PSURF_TESS_PER_FACE), b = tessellate(&s, rate, 0);
+        uint32_t f, vertex = 0, *lowest = (uint32_t *)grab(b.span.vertex_count, sizeof *lowest);
+        size_t index = 0, k;
+        assert_int_equal(a.span.index_count, b.span.index_count);
+        memset(lowest, 0xFF, b.span.vertex_count * sizeof *lowest);
+        for (f = 0; f < m.face_count; f++) {
+            uint32_t size = m.faces[f].size, count = vertices_of_face(size, rate);
+            size_t end = index + 3 * (size_t)triangles_of_face(size, rate);
+            for (k = index; k < end; k++) {
+                uint32_t i = a.indices[k], j = b.indices[k];
+                assert_true(i >= vertex && i < vertex + count);
+                assert_int_equal(a.where[i].face, f);
+                assert_true(same_bits(a.p + 3 * i, b.p + 3 * j));
+                assert_true(angle_between(load(a.n + 3 * i), load(b.n + 3 * j))
+                            < (IS_DOUBLE ? 1e-10 : 2e-4));
+                if (b.where[j].face == f) assert_true(same_bits(a.n + 3 * i, b.n + 3 * j));
+                if (f < lowest[j]) lowest[j] = f;
+            }
+            index = end;
+            vertex += count;
+        }
+        assert_int_equal(vertex, a.span.vertex_count);
+        assert_int_equal(index, a.span.index_count);
+        for (k = 0; k < b.span.vertex_count; k++) assert_int_equal(b.where[k].face, lowest[k]);
+        free(lowest);
+        tess_free(&a);
+        tess_free(&b);
+    }
+    surface_free(&s);
+    mesh_free(&m);
+}
+
+/* where is where: psurf_eval there gives the vertex; on edges, at rates that are powers of two, bit
+   for bit. Per face the order is corner 0 -> 1 first, then towards the other side. */
+static void test_where(void **state)
+{
+    mesh m = make_scene(3);
+    surface s;
+    uint32_t rate, on_edges = 0;
+    (void)state;
+    surface_build(&s, &m);
+    for (rate = 1; rate <= 16; rate++) {
+        tess t = tessellate(&s, rate, PSURF_TESS_PER_FACE);
+        uint32_t i, f, x, y, sector;
+        for (i = 0; i < t.span.vertex_count; i++) {
+            psurf_sample w = t.where[i];
+            uint32_t size = m.faces[w.face].size;
+            point p = eval_at(&s.patches, w);
+            psurf_real exact[3];
+            double u = (double)w.u, v = (double)w.v;
+            assert_true(u >= 0 && v >= 0 && u <= 1 && v <= 1 && w.sector < (size < 5 ? 1 : size));
+            assert_true(size == 4 || u + v < 1.000001);
+            assert_true(distance(p.p, load(t.p + 3 * i)) < (IS_DOUBLE ? 1e-13 : 1e-4));
+            assert_true(angle_between(p.n, load(t.n + 3 * i)) < (IS_DOUBLE ? 1e-10 : 1e-3));
+            exact[0] = (psurf_real)p.p.x, exact[1] = (psurf_real)p.p.y, exact[2] = (psurf_real)p.p.z;
+            if (rate & (rate - 1)) continue;
+            if (size == 4 ? u * v * (1 - u) * (1 - v) == 0
+                          : size == 3 ? u * v * (1 - u - v) == 0 : u + v == 1) {
+                assert_true(same_bits(exact, t.p + 3 * i));
+                on_edges++;
+            }
+        }
+        for (f = i = 0; f < m.face_count; f++) {
+            uint32_t size = m.faces[f].size;
+            double step = 1.0 / rate, tiny = IS_DOUBLE ? 1e-14 : 1e-6;
+            for (sector = 0; sector < (size < 5 ? 1 : size); sector++)
+                for (y = 0; y < rate + (size < 5); y++)
+                    for (x = 0; x < (size == 4 ? rate + 1 : rate + (size == 3) - y); x++, i++) {
+                        psurf_sample w = t.where[i];
+                        double centre = y * step, along = x * step;
+                        assert_int_equal(w.face, f);
+                        assert_int_equal(w.sector, sector);
+                        if (size == 5) {        /* u falls from corner to corner */
+                            assert_true(fabs((double)w.v - along) < tiny);
+                            assert_true(fabs((double)w.u - (1 - along - centre)) < tiny);
+                        } else {
+                            assert_true(fabs((double)w.u - along) < tiny);
+                            assert_true(fabs((double)w.v - centre) < tiny);
+                        }
+                    }
+            if (size == 5) {
+                assert_true(t.where[i].u == 0 && t.where[i].v == 0 && t.where[i].face == f);
+                i++;
+            }
+        }
+        assert_int_equal(i, t.span.vertex_count);
+        tess_free(&t);
+    }
+    assert_true(on_edges > 1000);
+    surface_free(&s);
+    mesh_free(&m);
+}
+
+/* Welded numbers: a vertex per ring, in their order; then each edge's, from the writer's corner on;
+   then the insides, face by face. */
+static void test_numbering(void **state)
+{
+    const uint32_t rate = 7;
+    mesh m = make_scene(9);
+    surface s;
+    tess t;
+    uint32_t i, k, f, next;
+    (void)state;
+    surface_build(&s, &m);
+    t = tessellate(&s, rate, 0);
+    for (i = 0; i < s.info.rings; i++) {
+        vec v = limit_point(&s, i), p = load(t.p + 3 * i);
+        assert_true(v.x == p.x && v.y == p.y && v.z == p.z);
+    }
+    for (i = 0; i < s.info.edges; i++) {
+        uint32_t corner = ((const psurf_edge *)s.tables.edges.data)[i].corner, facet = 0, local;
+        while (facet + 1 < s.info.facets && first_corner(&s, facet + 1) <= corner) facet++;
+        local = corner - first_corner(&s, facet);
+        f = psurf_get_patch(&s.patches, facet).face;
+        for (k = 1; k < rate; k++) {
+            uint32_t at = s.info.rings + i * (rate - 1) + k - 1;
+            point p = eval_at(&s.patches, edge_sample(f, m.faces[f].size, local, (double)k / rate));
+            assert_int_equal(t.where[at].face, f);
+            assert_true(distance(p.p, load(t.p + 3 * at)) < (IS_DOUBLE ? 1e-13 : 2e-5));
+        }
+    }
+    next = s.info.rings + s.info.edges * (rate - 1);
+    for (f = 0; f < m.face_count; f++) {
+        uint32_t size = m.faces[f].size, inside = vertices_of_face(size, rate) - size * rate;
+        for (k = 0; k < inside; k++) assert_int_equal(t.where[next + k].face, f);
+        next += inside;
+    }
+    assert_int_equal(next, t.span.vertex_count);
+    tess_free(&t);
+    surface_free(&s);
+    mesh_free(&m);
+}
+
+/* ---- ranges ---------------------------------------------------------------------------------- */
+
+/* A range written to memory of its own, then copied to where its span says. */
+static void write_range(const surface *s, tess *t, uint32_t first, uint32_t count)
+{
+    psurf_tess_span span;
+    psurf_tess_out out;
+    psurf_real *p, *n;
+    psurf_sample *where;
+    uint32_t *indices;
+    size_t i;
+    int welded = !(t->desc.flags & PSURF_TESS_PER_FACE);
+    memset(&out, 0, sizeof out);
+    assert_int_equal(psurf_tessellate_size(s->topology, &t->desc, first, count, &span), PSURF_OK);
+    assert_true(span.first_vertex + span.vertex_count <= t->span.vertex_count);
+    assert_true(span.first_index + span.index_count <= t->span.index_count);
+    p = (psurf_real *)grab((size_t)span.vertex_count * 4, sizeof *p);
+    n = (psurf_real *)grab((size_t)span.vertex_count * 5, sizeof *n);
+    where = (psurf_sample *)grab(span.vertex_count, sizeof *where);
+    indices = (uint32_t *)grab(span.index_count, sizeof *indices);
+    for (i = 0; i < span.vertex_count; i++) {
+        where[i].face = PSURF_NONE;
+        p[4 * i + 3] = n[5 * i + 3] = n[5 * i + 4] = -77;
+    }
+    out.p = p, out.n = n, out.where = where, out.indices = indices;
+    out.p_stride = 4 * sizeof *p;
+    out.n_stride = 5 * sizeof *n;
+    out.first_vertex = span.first_vertex;
+    out.first_index = span.first_index;
+    assert_int_equal(psurf_tessellate(&s->patches, &t->desc, first, count, &out), PSURF_OK);
+    for (i = 0; i < span.vertex_count; i++) {
+        size_t to = span.first_vertex + i;
+        assert_true(p[4 * i + 3] == -77 && n[5 * i + 3] == -77 && n[5 * i + 4] == -77);
+        if (where[i].face == PSURF_NONE) {
+            assert_true(welded);                        /* another range writes it */
+            continue;
+        }
+        assert_true(where[i].face >= first && where[i].face - first < count);
+        assert_int_equal(t->where[to].face, PSURF_NONE);        /* nobody did before */
+        t->where[to] = where[i];
+        memcpy(t->p + 3 * to, p + 4 * i, 3 * sizeof *p);
+        memcpy(t->n + 3 * to, n + 5 * i, 3 * sizeof *n);
+    }
+    for (i = 0; i < span.index_count; i++)
+        t->indices[span.first_index + i] = indices[i] + span.first_vertex;
+    free(p);
+    free(n);
+    free(where);
+    free(indices);
+}
+
+static void test_ranges(void **state)
+{
+    static const uint32_t rates[] = {1, 2, 5, 8};
+    mesh m = make_scene(4);
+    surface s;
+    uint64_t rng = 4;
+    uint32_t round, i;
+    (void)state;
+    surface_build(&s, &m);
+    for (round = 0; round < 24; round++) {
+        uint32_t flags = round & 1 ? PSURF_TESS_PER_FACE : 0, rate = rates[round / 2 % 4], end;
+        tess whole = tessellate(&s, rate, flags), parts = tessellate(&s, rate, flags);
+        memset(parts.p, 0, (size_t)parts.span.vertex_count * 3 * sizeof *parts.p);
+        memset(parts.n, 0, (size_t)parts.span.vertex_count * 3 * sizeof *parts.n);
+        memset(parts.indices, 0, parts.span.index_count * sizeof *parts.indices);
+        for (i = 0; i < parts.span.vertex_count; i++) parts.where[i].face = PSURF_NONE;
+        for (end = m.face_count; end > 0;) {            /* from the back */
+            uint32_t count = 1 + random_below(&rng, round < 8 ? end : end < 9 ? end : 9);
+            end -= count;
+            write_range(&s, &parts, end, end + count == m.face_count ? PSURF_NONE - end : count);
+        }
+        assert_memory_equal(whole.p, parts.p, (size_t)whole.span.vertex_count * 3 * sizeof *whole.p);
+        assert_memory_equal(whole.n, parts.n, (size_t)whole.span.vertex_count * 3 * sizeof *whole.n);
+        assert_memory_equal(whole.where, parts.where, whole.span.vertex_count * sizeof *whole.where);
+        assert_memory_equal(whole.indices, parts.indices,
+                            whole.span.index_count * sizeof *whole.indices);
+        tess_free(&whole);
+        tess_free(&parts);
+    }
+    surface_free(&s);
+    mesh_free(&m);
+}
+
+/* Ranges that hold nothing, and outputs left out. */
+static void test_empty_ranges(void **state)
+{
+    mesh m = make_creature();
+    surface s;
+    tess t;
+    psurf_tess_out out;
+    psurf_tess_span span;
+    psurf_real p[3 * 64];
+    uint32_t i;
+    (void)state;
+    surface_build(&s, &m);
+    t = tessellate(&s, 4, PSURF_TESS_PER_FACE);
+    memset(&out, 0, sizeof out);
+    for (i = 0; i < 3; i++) {
+        uint32_t first = i == 0 ? 3 : i == 1 ? m.face_count : PSURF_NONE;
+        assert_int_equal(psurf_tessellate_size(s.topology, &t.desc, first, i ? PSURF_NONE : 0, &span),
+                         PSURF_OK);
+        assert_int_equal(span.vertex_count + span.index_count, 0);
+        assert_int_equal(psurf_tessellate(&s.patches, &t.desc, first, i ? PSURF_NONE : 0, &out),
+                         PSURF_OK);
+    }
+    assert_int_equal(psurf_tessellate_size(s.topology, &t.desc, 2, 1, &span), PSURF_OK);
+    out.p = p;
+    out.first_vertex = span.first_vertex;
+    out.first_index = span.first_index;
+    assert_int_equal(psurf_tessellate(&s.patches, &t.desc, 2, 1, &out), PSURF_OK);
+    assert_memory_equal(p, t.p + 3 * span.first_vertex, span.vertex_count * 3 * sizeof *p);
+    tess_free(&t);
+    surface_free(&s);
+    mesh_free(&m);
+}
+
+/* 16-bit indices are the same numbers; 65535 vertices are possible, 65536 are not. */
+static void test_index16(void **state)
+{
+    mesh m = make_creature(), cube = make_cube();
+    surface s;
+    tess t;
+    psurf_tess_desc desc;
+    psurf_tess_span span;
+    psurf_tess_out out;
+    uint16_t *narrow;
+    uint32_t i, rate, first;
+    (void)state;
+    surface_build(&s, &m);
+    t = tessellate(&s, 5, 0);
+    memset(&out, 0, sizeof out);
+    narrow = (uint16_t *)grab(t.span.index_count, sizeof *narrow);
+    out.indices = narrow;
+    desc = t.desc;
+    desc.flags = PSURF_TESS_INDEX16;
+    assert_int_equal(psurf_tessellate(&s.patches, &desc, 0, PSURF_NONE, &out), PSURF_OK);
+    for (i = 0; i < t.span.index_count; i++) assert_int_equal(narrow[i], t.indices[i]);
+    free(narrow);
+    tess_free(&t);
+    surface_free(&s);
+    mesh_free(&m);
+    /* a cube has 6 rate^2 + 2 vertices welded, 6 (rate + 1)^2 per face */
+    surface_build(&s, &cube);
+    memset(&desc, 0, sizeof desc);
+    for (rate = 100; rate <= 108; rate++) {
+        desc.rate = rate;
+        desc.flags = PSURF_TESS_INDEX16;
+        assert_int_equal(psurf_tessellate_size(s.topology, &desc, 0, PSURF_NONE, &span),
+                         6 * rate * rate + 2 <= 65535 ? PSURF_OK : PSURF_TOO_LARGE);
+        desc.flags |= PSURF_TESS_PER_FACE;
+        assert_int_equal(psurf_tessellate_size(s.topology, &desc, 0, PSURF_NONE, &span),
+                         6 * (rate + 1) * (rate + 1) <= 65535 ? PSURF_OK : PSURF_TOO_LARGE);
+    }
+    /* a face alone: numbers count from its own first vertex, if it is given */
+    desc.rate = 254;                                            /* 255^2 = 65025 */
+    first = 3;
+    assert_int_equal(psurf_tessellate_size(s.topology, &desc, first, 1, &span), PSURF_OK);
+    assert_int_equal(span.first_vertex, first * 65025);
+    narrow = (uint16_t *)grab(span.index_count, sizeof *narrow);
+    out.indices = narrow;
+    out.first_index = span.first_index;
+    assert_int_equal(psurf_tessellate(&s.patches, &desc, first, 1, &out), PSURF_TOO_LARGE);
+    out.first_vertex = span.first_vertex;
+    assert_int_equal(psurf_tessellate(&s.patches, &desc, first, 1, &out), PSURF_OK);
+    for (i = rate = 0; i < span.index_count; i++) {
+        assert_true(narrow[i] < span.vertex_count);
+        rate = narrow[i] > rate ? narrow[i] : rate;
+    }
+    assert_int_equal(rate, span.vertex_count - 1);
+    free(narrow);
+    desc.rate = 255;                                            /* 256^2 = 65536 */
+    assert_int_equal(psurf_tessellate_size(s.topology, &desc, 0, 1, &span), PSURF_TOO_LARGE);
+    surface_free(&s);
+    mesh_free(&cube);
+}
+
+/* ---- psurf_check ----------------------------------------------------------------------------- */
+
+/* Number, in a per-face tessellation, of the sample k of rate on edge i of a face. */
+static uint32_t edge_vertex(uint32_t size, uint32_t rate, uint32_t i, uint32_t k)
+{
+    uint32_t n = rate + 1;
+    if (k == rate) return edge_vertex(size, rate, (i + 1) % size, 0);
+    if (size == 4)
+        return i == 0 ? k : i == 1 ? k * n + rate : i == 2 ? rate * n + rate - k : (rate - k) * n;
+    if (size == 3)                              /* row y begins at y n - y (y - 1) / 2 */
+        return i == 0 ? k : i == 1 ? k * n - k * (k - 1) / 2 + rate - k
+                                   : (rate - k) * n - (rate - k) * (rate - k - 1) / 2;
+    return i * rate * n / 2 + k;
+}
+
+typedef struct gaps { uint64_t samples, cracks; double angle; } gaps;
+
+/* The comparison that psurf_check makes, done again on per-face output. */
+static gaps compare_edges_of(const surface *s, const mesh *m, uint32_t rate)
+{
+    tess t = tessellate(s, rate, PSURF_TESS_PER_FACE);
+    edge_map map = map_edges(m);
+    uint32_t *first = (uint32_t *)grab(m->face_count, sizeof *first), f, i, k, vertex = 0;
+    gaps g;
+    memset(&g, 0, sizeof g);
+    for (f = 0; f < m->face_count; f++) {
+        first[f] = vertex;
+        vertex += vertices_of_face(m->faces[f].size, rate);
+    }
+    for (i = 0; i < map.count; i++) {
+        const half_edge *a = &map.edges[i], *b = find_edge(&map, a->to, a->from);
+        if (a->from > a->to) continue;
+        for (k = 0; k <= rate; k++) {
+            uint32_t va = first[a->face] + edge_vertex(m->faces[a->face].size, rate, a->corner, k);
+            uint32_t vb = first[b->face]
+                        + edge_vertex(m->faces[b->face].size, rate, b->corner, rate - k);
+            g.samples++;
+            g.cracks += !same_bits(t.p + 3 * va, t.p + 3 * vb);
+            g.angle = fmax(g.angle, angle_between(load(t.n + 3 * va), load(t.n + 3 * vb)));
+        }
+    }
+    free(first);
+    free(map.edges);
+    tess_free(&t);
+    return g;
+}
+
+static psurf_check_result check(const surface *s, uint32_t rate)
+{
+    psurf_check_result r;
+    memset(&r, 0xEE, sizeof r);
+    assert_int_equal(psurf_check(&s->patches, &s->construct, rate, 0, PSURF_NONE, &r), PSURF_OK);
+    return r;
+}
+
+/* No cracks at any rate, and psurf_check sees what a comparison of the output sees. */
+static void test_no_cracks(void **state)
+{
+    mesh m = make_scene(5);
+    surface s;
+    uint32_t rate;
+    (void)state;
+    surface_build(&s, &m);
+    for (rate = 1; rate <= 33; rate++) {
+        gaps own = compare_edges_of(&s, &m, rate);
+        psurf_check_result r = check(&s, rate);
+        assert_int_equal(own.cracks, 0);
+        assert_int_equal(r.cracks, 0);
+        assert_int_equal(r.samples, own.samples);
+        assert_int_equal(r.samples, (uint64_t)s.info.edges * (rate + 1));
+        assert_int_equal(r.nonfinite + r.degenerate + r.sharp_edges, 0);
+        assert_true(fabs(r.max_normal_deg - own.angle * 180 / PI)
+                    < (IS_DOUBLE ? 1e-12 : 3e-5));     /* lengths are 1 to rounding */
+        assert_true(r.max_normal_deg < (IS_DOUBLE ? 1e-8 : 0.01));
+    }
+    surface_free(&s);
+    mesh_free(&m);
+}
+
+/* One bit of one patch changed: both see it, at the same samples. */
+static void test_cracks_are_found(void **state)
+{
+    mesh m = make_scene(6);
+    surface s;
+    uint64_t rng = 6;
+    uint32_t k;
+    (void)state;
+    surface_build(&s, &m);
+    for (k = 0; k < s.info.facets; k += 5) {
+        psurf_patch patch = psurf_get_patch(&s.patches, k);
+        size_t at = (size_t)((const char *)(const void *)patch.points - s.memory);
+        unsigned char *real = (unsigned char *)s.memory + at;   /* the first point is a corner */
+        uint32_t axis = random_below(&rng, 3), one = 1;
+        unsigned char *low = real + axis * sizeof(psurf_real)
+                           + (*(unsigned char *)&one ? 0 : sizeof(psurf_real) - 1);
+        gaps own;
+        psurf_check_result r;
+        *low ^= 1;
+        own = compare_edges_of(&s, &m, 4);
+        r = check(&s, 4);
+        assert_true(own.cracks >= 2);                   /* two edges end in that corner */
+        assert_int_equal(r.cracks, own.cracks);
+        *low ^= 1;
+    }
+    assert_int_equal(check(&s, 4).cracks, 0);
+    surface_free(&s);
+    mesh_free(&m);
+}
+
+/* Ranges add up; the worst place is one of the mesh; what must be left out is. */
+static void test_check_accounts(void **state)
+{
+    mesh m = make_scene(7), cube = make_cube();
+    surface s;
+    psurf_check_result whole, part;
+    uint64_t samples = 0;
+    uint32_t e;
+    double worst = 0;
+    (void)state;
+    surface_build(&s, &m);
+    whole = check(&s, 6);
+    for (e = 0; e < s.info.edges; e += 7) {
+        assert_int_equal(psurf_check(&s.patches, &s.construct, 6, e, 7, &part), PSURF_OK);
+        samples += part.samples;
+        worst = fmax(worst, part.max_normal_deg);
+    }
+    assert_int_equal(samples, whole.samples);
+    assert_true(worst == whole.max_normal_deg);
+    assert_true(whole.worst_face < m.face_count && whole.worst_edge < s.info.edges);
+    assert_int_equal(psurf_check(&s.patches, &s.construct, 6, whole.worst_edge, 1, &part), PSURF_OK);
+    assert_true(part.max_normal_deg == whole.max_normal_deg);
+    assert_int_equal(part.worst_face, whole.worst_face);
+    assert_int_equal(psurf_check(&s.patches, &s.construct, 6, s.info.edges, 1, &part), PSURF_OK);
+    assert_int_equal(part.samples, 0);
+    assert_int_equal(part.worst_face & part.worst_edge, PSURF_NONE);
+    /* a non-finite position is counted, not compared */
+    s.positions[0] = (psurf_real)NAN;
+    assert_int_equal(psurf_construct(&s.patches, &s.construct), PSURF_OK);
+    part = check(&s, 6);
+    assert_true(part.nonfinite > 0 && part.nonfinite < part.samples);
+    assert_true(part.max_normal_deg <= whole.max_normal_deg * 2);
+    surface_free(&s);
+    /* blend ratio 0: edges that are sharp at one end, whichever that is */
+    mesh_tag(&cube, 0, 1, 0, 1);
+    mesh_tag(&cube, 6, 7, 1, 0);
+    mesh_tag(&cube, 2, 6, 0.01, 0.01);
+    surface_build(&s, &cube);
+    part = check(&s, 6);
+    assert_int_equal(part.sharp_edges, 2);
+    assert_int_equal(part.samples, 12 * 7);
+    surface_free(&s);
+    /* a face with a corner of no angle: what lies beside it is degenerate */
+    cube.tag_count = 0;
+    cube.positions[1] = mad(cube.positions[0], 1e-7, sub(cube.positions[1], cube.positions[0]));
+    surface_build(&s, &cube);
+    part = check(&s, 6);
+    assert_true(part.degenerate > 0 && part.cracks == 0);
+    surface_free(&s);
+    mesh_free(&cube);
+    mesh_free(&m);
+}
+
+/* ---- all at once ----------------------------------------------------------------------------- */
+
+static void test_smooth_call(void **state)
+{
+    mesh m = make_scene(8);
+    surface s;
+    uint32_t rate;
+    (void)state;
+    mesh_tag(&m, m.faces[0].v[0], m.faces[0].v[1], 0.25f, 0.5f);
+    surface_build(&s, &m);
+    for (rate = 1; rate <= 6; rate++) {
+        tess t = tessellate(&s, rate, 0);
+        psurf_smooth_mesh out;
+        psurf_error error;
+        assert_int_equal(psurf_smooth(&s.desc, rate, &out, &error), PSURF_OK);
+        assert_int_equal(error.result, PSURF_OK);
+        assert_int_equal(out.vertex_count, t.span.vertex_count);
+        assert_int_equal(out.index_count, t.span.index_count);
+        assert_memory_equal(out.positions, t.p, (size_t)out.vertex_count * 3 * sizeof(psurf_real));
+        assert_memory_equal(out.normals, t.n, (size_t)out.vertex_count * 3 * sizeof(psurf_real));
+        assert_memory_equal(out.where, t.where, out.vertex_count * sizeof(psurf_sample));
+        assert_memory_equal(out.indices, t.indices, out.index_count * sizeof(uint32_t));
+        psurf_smooth_free(&out);
+        tess_free(&t);
+    }
+    surface_free(&s);
+    mesh_free(&m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_welded),           cmocka_unit_test(test_per_face_equals_welded),
+        cmocka_unit_test(test_where),            cmocka_unit_test(test_numbering),
+        cmocka_unit_test(test_ranges),
+        cmocka_unit_test(test_empty_ranges),     cmocka_unit_test(test_index16),
+        cmocka_unit_test(test_no_cracks),        cmocka_unit_test(test_cracks_are_found),
+        cmocka_unit_test(test_check_accounts),   cmocka_unit_test(test_smooth_call)};
+    return cmocka_run_group_tests_name("tessellate", tests, NULL, NULL);
+}
