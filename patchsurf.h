@@ -620,6 +620,9 @@ PSURF_API int psurf_exact(void);
 #elif defined(__GNUC__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off", "no-fast-math")
+#ifdef __s390__                         /* where -std=c99 would compute floats in double */
+#pragma GCC optimize("excess-precision=fast")
+#endif
 #elif defined(_MSC_VER)
 #pragma float_control(precise, on, push)
 #pragma fp_contract(off)

@@ -1,8 +1,9 @@
 /* What the tests share: random numbers, closed meshes, a second opinion on connectivity, and the
    few vectors the checks need. A test defines PSURF_IMPLEMENTATION, then includes this file.
 
-   Generators compute in integers and scale by a power of two, so that their positions have the same
-   bits under every compiler and flag, contraction included. Tests run at the top of the checkout. */
+   Generators compute in integers and scale by a power of two, so that their positions have the
+   same bits under every compiler and flag, contraction included. Tests run at the top of the
+   checkout. */
 #ifndef PSURF_TESTS_COMMON_H
 #define PSURF_TESTS_COMMON_H
 
@@ -366,7 +367,8 @@ static UNUSED spindle make_spindle(uint32_t rings, const uint32_t *sizes)
     return s;
 }
 
-/* One facet between ring i and ring i+1: a edges of the upper ring from ua, b of the lower from ub. */
+/* One facet between ring i and ring i+1: a edges of the upper ring from ua, b of the lower from
+   ub. */
 static UNUSED void spindle_facet(spindle *s, uint32_t i, uint32_t ua, uint32_t a, uint32_t ub,
                                  uint32_t b)
 {
@@ -559,8 +561,9 @@ static UNUSED void insert_corner(mesh_face_data *f, uint32_t at, uint32_t vertex
     f->size++;
 }
 
-/* Splits the edge at a face's corner in its middle: that face is cut in two from the new vertex, the
-   face beyond gets one corner more (a quad becomes a pentagon: a T-corner). 0 where it cannot be. */
+/* Splits the edge at a face's corner in its middle: that face is cut in two from the new vertex,
+   the face beyond gets one corner more (a quad becomes a pentagon: a T-corner). 0 where it cannot
+   be. */
 static UNUSED int mesh_split_edge(mesh *m, uint32_t face, uint32_t corner, uint32_t opposite)
 {
     mesh_face_data f = m->faces[face], g, part;
@@ -659,8 +662,8 @@ static UNUSED void mesh_scramble(mesh *m, uint64_t *rng, uint32_t steps)
     }
 }
 
-/* Rings of random sizes joined by random bands: of the facets about percent are quads that step once
-   on both sides, the rest triangles, quads and pentagons. */
+/* Rings of random sizes joined by random bands: of the facets about percent are quads that step
+   once on both sides, the rest triangles, quads and pentagons. */
 static UNUSED mesh make_random_spindle(uint64_t *rng, uint32_t percent, uint32_t largest)
 {
     static const uint32_t step[5][2] = {{1, 0}, {0, 1}, {1, 1}, {2, 1}, {1, 2}};

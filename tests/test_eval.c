@@ -1,7 +1,7 @@
 /* Evaluation against an evaluator of the test's own: numbers that carry their first and second
    derivatives go through plain de Casteljau and Bernstein sums of the stored points, so that no
-   derivative and no chain rule is written down here. Then the edges of the contract: samples outside,
-   outputs left out, curvature, bounds, interpolation. */
+   derivative and no chain rule is written down here. Then the edges of the contract: samples
+   outside, outputs left out, curvature, bounds, interpolation. */
 #define PSURF_IMPLEMENTATION
 #include "common.h"
 
@@ -326,8 +326,8 @@ static void test_special_places(void **state)
     mesh_free(&m);
 }
 
-/* At a pole: derivatives of the line from the middle of the base, second ones zero, no curvature; and
-   first derivatives hold all the way there. */
+/* At a pole: derivatives of the line from the middle of the base, second ones zero, no curvature;
+   and first derivatives hold all the way there. */
 static void test_poles(void **state)
 {
     uint64_t rng = 3;
@@ -375,8 +375,8 @@ static void test_poles(void **state)
     mesh_free(&m);
 }
 
-/* The derivatives are those of the positions: central differences, extrapolated, of the library's own
-   output. The reference above could share a misreading of the domain; this cannot. */
+/* The derivatives are those of the positions: central differences, extrapolated, of the library's
+   own output. The reference above could share a misreading of the domain; this cannot. */
 static void test_differences(void **state)
 {
     uint64_t rng = 4;
@@ -508,7 +508,8 @@ static void test_empty_mesh(void **state)
     surface_free(&s);
 }
 
-/* Vertices on one line, or in one point: no direction exists, the normal is zero, nothing is NaN. */
+/* Vertices on one line, or in one point: no direction exists, the normal is zero, nothing is
+   NaN. */
 static void test_degenerate(void **state)
 {
     uint64_t rng = 11;

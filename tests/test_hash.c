@@ -1,7 +1,7 @@
 /* One 64-bit hash per scene over control points and tessellations: the same under every compiler,
-   flag, width and byte order. Compares with tests/data/hashes.txt, hashes_double.txt in double; with
-   --print only prints the lines of that file. Without cmocka (-DPSURF_NO_CMOCKA), for machines that
-   have none, it does the same and exits with 1 where a hash differs. */
+   flag, width and byte order. Compares with tests/data/hashes.txt, hashes_double.txt in double;
+   with --print only prints the lines of that file. Without cmocka (-DPSURF_NO_CMOCKA), for
+   machines that have none, it does the same and exits with 1 where a hash differs. */
 #define PSURF_IMPLEMENTATION
 #include "common.h"
 

@@ -1,5 +1,5 @@
-/* Smoothness, measured: tangent planes across every kind of edge, derivatives inside Pm patches, and
-   what the construction must reproduce whatever its formulas look like. */
+/* Smoothness, measured: tangent planes across every kind of edge, derivatives inside Pm patches,
+   and what the construction must reproduce whatever its formulas look like. */
 #define PSURF_IMPLEMENTATION
 #include "common.h"
 
@@ -404,8 +404,8 @@ static void test_bspline(void **state)
     mesh_free(&m);
 }
 
-/* On a regular quad grid over the integers, heights q(x, y) of a quadratic give the quadratic itself,
-   lifted by (q_xx + q_yy) / 6: that is what the uniform cubic B-spline does to x^2. */
+/* On a regular quad grid over the integers, heights q(x, y) of a quadratic give the quadratic
+   itself, lifted by (q_xx + q_yy) / 6: that is what the uniform cubic B-spline does to x^2. */
 static void test_quadratic_on_grid(void **state)
 {
     const double q[6] = {0.25, -0.5, 0.75, 0.3, -0.2, 1.5};         /* xx xy yy x y 1 */
@@ -590,9 +590,10 @@ static void test_quadratics_at_centre(void **state)
     free(rules);
 }
 
-/* How round the surfaces of the regular solids are, against figures of an independent implementation
-   (to the digits it gives): (largest - smallest) / mean radius, and the radius at the centres of faces
-   over that at the vertices. This is what the weights w of the centre, free otherwise, decide. */
+/* How round the surfaces of the regular solids are, against figures of an independent
+   implementation (to the digits it gives): (largest - smallest) / mean radius, and the radius at
+   the centres of faces over that at the vertices. This is what the weights w of the centre, free
+   otherwise, decide. */
 static void test_roundness(void **state)
 {
     static const struct { const char *name; double spread, ratio; } want[] = {
@@ -676,9 +677,9 @@ static void test_blend_at_one_end(void **state)
     mesh_free(&m);
 }
 
-/* All ratios 0: edges are the mesh's own, run through as 3 s^2 - 2 s^3; ordinary faces are bilinear,
-   so run through; Pm patches have their centre in the mean of the corners. Positions meet, and
-   normals are one-sided but there. */
+/* All ratios 0: edges are the mesh's own, run through as 3 s^2 - 2 s^3; ordinary faces are
+   bilinear, so run through; Pm patches have their centre in the mean of the corners. Positions
+   meet, and normals are one-sided but there. */
 static void test_all_creases(void **state)
 {
     mesh m = make_creature();
@@ -706,6 +707,11 @@ static void test_all_creases(void **state)
                 point p = eval_at(&s.patches, edge_sample(f, size, i, t));
                 assert_true(distance(p.p, mad(a, t * t * (3 - 2 * t), sub(b, a))) < tolerance);
                 assert_true(fabs(length(p.n) - 1) < 1e-6);
+                if (k == 4) {                   /* it is the face's own, a little inside */
+                    double aside = 0.4995;
+                    point q = eval_at(&s.patches, sector_sample(f, size, i, aside, aside));
+                    assert_true(angle_between(p.n, q.n) < 2e-3);
+                }
             }
         }
         for (k = 0; k < 10 && kind == PSURF_BICUBIC; k++) {

@@ -1,5 +1,5 @@
-/* Tessellation: what per-face and welded output have in common bit for bit, closedness, ranges, limits;
-   and psurf_check and psurf_smooth, which are made of it. */
+/* Tessellation: what per-face and welded output have in common bit for bit, closedness, ranges,
+   limits; and psurf_check and psurf_smooth, which are made of it. */
 #define PSURF_IMPLEMENTATION
 #include "common.h"
 

@@ -59,7 +59,8 @@ static void check_block(const psurf_tables *t)
     }
 }
 
-/* Strides are the structs', every table is as long as its count says, sections follow each other. */
+/* Strides are the structs', every table is as long as its count says, sections follow each
+   other. */
 static void check_shapes(const surface *s, const mesh *m)
 {
     const psurf_tables *t = &s->tables;
@@ -379,8 +380,8 @@ static void test_several_meshes(void **state)
     mesh_free(&torus);
 }
 
-/* Two tetrahedra that share a vertex: two rings there, one component, and each surface is the one it
-   would be alone. */
+/* Two tetrahedra that share a vertex: two rings there, one component, and each surface is the one
+   it would be alone. */
 static void test_shared_vertex(void **state)
 {
     mesh alone = make_tetrahedron(), m = make_tetrahedron();
