@@ -507,9 +507,10 @@ typedef struct psurf_tess_out {
 } psurf_tess_out;
 
 /* Sizes of the tessellation of faces first_face .. first_face+face_count-1; a range beyond the last
-   face is cut there. Welded vertices are numbered: one per ring, then rate-1 per edge, then the
-   insides face by face. Per face they run along corner 0 -> 1 first, then towards the other side;
-   faces of m >= 5 corners sector by sector, their centre last.
+   face is cut there. Welded vertices are numbered: one per ring, then rate-1 per edge from the
+   start of its writer on, then the insides face by face. Per face they run
+   along corner 0 -> 1 first, then towards the other side; faces of m >= 5 corners sector by sector,
+   their centre last. A face has the same triangles in the same order either way.
    Returns PSURF_OK; BAD_DESC for canaries, a rate out of range, unknown flags or NULL; TOO_LARGE
    where numbers do not fit 32 bits (16 bits with PSURF_TESS_INDEX16: at most 65535 vertices, so
    0xFFFF never occurs). No allocation; any number of threads. */

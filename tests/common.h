@@ -16,9 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#ifndef PSURF_NO_CMOCKA                 /* test_hash runs where there is no cmocka, under qemu */
 #include <cmocka.h>
-#endif
 
 #include "patchsurf.h"
 
@@ -37,7 +35,6 @@
 #define PI 3.14159265358979323846
 
 /* Stops the test with a message unless the condition holds. */
-#ifndef PSURF_NO_CMOCKA
 #define REQUIRE(condition, ...)                                                                    \
     do {                                                                                           \
         if (!(condition)) {                                                                        \
@@ -46,16 +43,6 @@
             fail();                                                                                \
         }                                                                                          \
     } while (0)
-#else
-#define REQUIRE(condition, ...)                                                                    \
-    do {                                                                                           \
-        if (!(condition)) {                                                                        \
-            fprintf(stderr, "%s:%d: %s: ", __FILE__, __LINE__, #condition);                        \
-            fprintf(stderr, __VA_ARGS__);                                                          \
-            exit(1);                                                                               \
-        }                                                                                          \
-    } while (0)
-#endif
 
 static UNUSED void *grab(size_t count, size_t size)
 {
@@ -828,7 +815,8 @@ static UNUSED psurf_sample make_sample(uint32_t face, uint32_t sector, double u,
 static UNUSED psurf_sample edge_sample(uint32_t face, uint32_t size, uint32_t i, double s)
 {
     double r = 1.0 - s;
-    if (size == 3) return make_sample(face, 0, i == 0 ? s : i == 1 ? r : 0, i == 0 ? 0 : i == 1 ? s : r);
+    if (size == 3)
+        return make_sample(face, 0, i == 0 ? s : i == 1 ? r : 0, i == 0 ? 0 : i == 1 ? s : r);
     if (size == 4)
         return make_sample(face, 0, i == 0 ? s : i == 1 ? 1 : i == 2 ? r : 0,
                            i == 0 ? 0 : i == 1 ? s : i == 2 ? 1 : r);
@@ -836,7 +824,8 @@ static UNUSED psurf_sample edge_sample(uint32_t face, uint32_t size, uint32_t i,
 }
 
 /* Weights a of corner i, b of corner i+1, the rest of the face's centre. */
-static UNUSED psurf_sample sector_sample(uint32_t face, uint32_t size, uint32_t i, double a, double b)
+static UNUSED psurf_sample sector_sample(uint32_t face, uint32_t size, uint32_t i, double a,
+                                         double b)
 {
     static const double square[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     double c = 1.0 - a - b;

@@ -123,7 +123,8 @@ static const bad_mesh bad_meshes[] = {
      {5, 3, 3, 3}, {0, 1, 2, 1, 4, 0, 3, 1, 0, 2, 3, 1, 3, 2}},
     {"one face turned over", PSURF_BAD_WINDING, ANY, ANY, ANY, ANY, 4, 4,
      {3, 3, 3, 3}, {0, 1, 2, 0, 3, 1, 0, 3, 2, 1, 3, 2}},
-    {"the same face twice", PSURF_BAD_WINDING, ANY, ANY, ANY, ANY, 3, 2, {3, 3}, {0, 1, 2, 0, 1, 2}},
+    {"the same face twice", PSURF_BAD_WINDING, ANY, ANY, ANY, ANY, 3, 2,
+     {3, 3}, {0, 1, 2, 0, 1, 2}},
     {"two tetrahedra on one edge", PSURF_NON_MANIFOLD, ANY, ANY, 0, 1, 6, 8,
      {3, 3, 3, 3, 3, 3, 3, 3},
      {0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2, 0, 1, 4, 0, 5, 1, 0, 4, 5, 1, 5, 4}},
@@ -256,7 +257,7 @@ static void test_bad_tags(void **state)
         {{{0, 8, PSURF_BLEND, 0.5f, 0.5f}}, 1, 0},                      /* no such vertex */
         {{{0xFFFFFFFFu, 1, PSURF_BLEND, 0.5f, 0.5f}}, 1, 0},
         {{{2, 2, PSURF_BLEND, 0.5f, 0.5f}}, 1, 0},
-        {{{0, 3, 0, 0, 0}}, 1, 0},                                      /* tags without flags count */
+        {{{0, 3, 0, 0, 0}}, 1, 0},                              /* tags without flags count */
         {{{0, 1, PSURF_BLEND, 0.5f, 0.5f}, {0, 1, PSURF_BLEND, 0.5f, 0.5f}}, 2, 1},
         {{{0, 1, PSURF_BLEND, 0.5f, 0.5f}, {1, 0, PSURF_BLEND, 0.5f, 0.5f}}, 2, 1},
         {{{0, 2, PSURF_BLEND, 0, 1}, {0, 1, PSURF_BLEND, -0.001f, 0.5f}}, 2, 1},
@@ -278,7 +279,7 @@ static void test_bad_tags(void **state)
         assert_int_equal(error.vertex, tag->v0);
         assert_int_equal(error.other, tag->v1);
     }
-    s.desc.edges = good;                /* 0 and 1 are in range; without the flag values are ignored */
+    s.desc.edges = good;        /* 0 and 1 are in range; without the flag values are ignored */
     s.desc.edge_count = 2;
     assert_int_equal(create(&s.desc, &error), PSURF_OK);
     surface_free(&s);

@@ -236,7 +236,7 @@ static void compare(worst *w, const surface *s, psurf_sample sample)
 static double from_pole(const surface *s, psurf_sample sample)
 {
     uint32_t facet = patch_of(s, sample.face);
-    const double w[3] = {1 - (double)sample.u - (double)sample.v, (double)sample.u, (double)sample.v};
+    const double u = (double)sample.u, v = (double)sample.v, w[3] = {1 - u - v, u, v};
     if (psurf_get_patch(&s->patches, facet).kind != PSURF_POLAR) return 1;
     return 1 - w[((((const psurf_facet *)s->tables.facets.data)[facet].piece >> 16 & 3) + 2) % 3];
 }
@@ -304,10 +304,13 @@ static void test_special_places(void **state)
             uint32_t n = 0;
             for (k = 0; k <= 4; k++) places[n++] = edge_sample(f, m.faces[f].size, i, k / 4.0);
             if (m.faces[f].size == 4) {                 /* diagonals, exactly */
-                places[n++] = make_sample(f, 0, 0.25, 0.25), places[n++] = make_sample(f, 0, 0.75, 0.75);
-                places[n++] = make_sample(f, 0, 0.75, 0.25), places[n++] = make_sample(f, 0, 0.5, 0.5);
+                places[n++] = make_sample(f, 0, 0.25, 0.25);
+                places[n++] = make_sample(f, 0, 0.75, 0.75);
+                places[n++] = make_sample(f, 0, 0.75, 0.25);
+                places[n++] = make_sample(f, 0, 0.5, 0.5);
             } else if (m.faces[f].size == 3) {
-                places[n++] = make_sample(f, 0, 0.25, 0.25), places[n++] = make_sample(f, 0, 0.25, 0.5);
+                places[n++] = make_sample(f, 0, 0.25, 0.25);
+                places[n++] = make_sample(f, 0, 0.25, 0.5);
                 places[n++] = make_sample(f, 0, 0.5, 0.25);
             } else {
                 places[n++] = make_sample(f, i, 0, 0), places[n++] = make_sample(f, i, 0.25, 0);
@@ -316,8 +319,8 @@ static void test_special_places(void **state)
             while (n--)
                 if (from_pole(&s, places[n]) > 0.01) compare(&w, &s, places[n]);
         }
-    print_message("%u places: p %.2g, n %.2g, first %.2g, second %.2g\n", (unsigned)w.count, w.p, w.n,
-                  w.first, w.second);
+    print_message("%u places: p %.2g, n %.2g, first %.2g, second %.2g\n", (unsigned)w.count, w.p,
+                  w.n, w.first, w.second);
     assert_true(w.p < (IS_DOUBLE ? 4e-15 : 2e-6));
     assert_true(w.first < (IS_DOUBLE ? 1e-13 : 5e-5));
     assert_true(w.second < (IS_DOUBLE ? 1e-12 : 5e-4));
@@ -653,7 +656,7 @@ static void test_known_curvature(void **state)
     for (i = 0; i < 500; i++) {
         psurf_sample sample = random_sample(&ball, &rng);
         psurf_real ours[2];
-        if (sample.face < (2 + 2) * 24 || sample.face >= (2 + 12) * 24) continue;   /* near the caps */
+        if (sample.face < (2 + 2) * 24 || sample.face >= (2 + 12) * 24) continue;   /* not caps */
         psurf_curvature(&s.patches, &sample, 1, ours, ours + 1);
         most = fmax(most, fabs((double)ours[1] * 1.5 + 1));
         most = fmax(most, fabs((double)ours[0] * 2.25 - 1));
@@ -743,7 +746,8 @@ static void test_interpolate(void **state)
             for (c = 0; c < size; c++) centre += (x[c] = (double)corner[c * WIDTH + k]) / size;
             if (size == 3) want = x[0] + u * (x[1] - x[0]) + v * (x[2] - x[0]);
             else if (size == 4)
-                want = x[0] + u * (x[1] - x[0]) + v * (x[3] - x[0]) + u * v * (x[0] - x[1] + x[2] - x[3]);
+                want = x[0] + u * (x[1] - x[0]) + v * (x[3] - x[0])
+                     + u * v * (x[0] - x[1] + x[2] - x[3]);
             else want = centre + u * (x[n] - centre) + v * (x[(n + 1) % 5] - centre);
             assert_true(fabs((double)got[k] - want) < 1e-6);
         }

@@ -39,7 +39,8 @@ static vec read_vec(golden *g)
     return make_vec(x, y, z);
 }
 
-static void compare(golden *g, vec ours, vec theirs, const char *what, uint32_t face, uint32_t index)
+static void compare(golden *g, vec ours, vec theirs, const char *what, uint32_t face,
+                    uint32_t index)
 {
     double error = distance(ours, theirs);
     REQUIRE(error <= g->tolerance, "%s: %s of %u, number %u: off by %g\n", g->name, what,
@@ -116,7 +117,8 @@ static uint32_t ring_of_vertex(const golden *g, uint32_t vertex)
    at another spoke than the reference's. */
 static void compare_ring(golden *g)
 {
-    uint32_t vertex = read_count(g), closed = read_count(g), n = read_count(g), facets = read_count(g);
+    uint32_t vertex = read_count(g), closed = read_count(g), n = read_count(g);
+    uint32_t facets = read_count(g);
     const psurf_ring *ring;
     const psurf_spoke *spokes;
     uint32_t index = ring_of_vertex(g, vertex), turn = 0, k;

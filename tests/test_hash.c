@@ -1,7 +1,6 @@
 /* One 64-bit hash per scene over control points and tessellations: the same under every compiler,
-   flag, width and byte order. Compares with tests/data/hashes.txt, hashes_double.txt in double;
-   with --print only prints the lines of that file. Without cmocka (-DPSURF_NO_CMOCKA), for
-   machines that have none, it does the same and exits with 1 where a hash differs. */
+   flag, width and byte order. Compares with tests/data/hashes.txt (double: hashes_double.txt);
+   with --print it only prints the lines of that file. */
 #define PSURF_IMPLEMENTATION
 #include "common.h"
 
@@ -201,7 +200,8 @@ static int stored_hash(const char *scene, char *text)
     snprintf(path, sizeof path, "%s/%s.txt", PSURF_TEST_DATA,
              IS_DOUBLE ? "hashes_double" : "hashes");
     file = fopen(path, "r");
-    while (file && !found && fscanf(file, "%63s %16s", name, text) == 2) found = !strcmp(name, scene);
+    while (file && !found && fscanf(file, "%63s %16s", name, text) == 2)
+        found = !strcmp(name, scene);
     if (file) fclose(file);
     return found;
 }
@@ -231,7 +231,6 @@ static int compare_scenes(int print_only)
     return wrong;
 }
 
-#ifndef PSURF_NO_CMOCKA
 static void test_scenes(void **state)
 {
     (void)state;
@@ -291,19 +290,12 @@ static void test_one_bit(void **state)
     surface_free(&s);
     mesh_free(&m);
 }
-#endif
 
 int main(int argc, char **argv)
 {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_scenes),
+                                       cmocka_unit_test(test_scenes_cover),
+                                       cmocka_unit_test(test_one_bit)};
     if (argc > 1 && !strcmp(argv[1], "--print")) return compare_scenes(1) != 0;
-#ifndef PSURF_NO_CMOCKA
-    {
-        const struct CMUnitTest tests[] = {cmocka_unit_test(test_scenes),
-                                           cmocka_unit_test(test_scenes_cover),
-                                           cmocka_unit_test(test_one_bit)};
-        return cmocka_run_group_tests_name("hash", tests, NULL, NULL);
-    }
-#else
-    return compare_scenes(0) != 0;
-#endif
+    return cmocka_run_group_tests_name("hash", tests, NULL, NULL);
 }

@@ -7,7 +7,7 @@
 
 typedef struct joins {
     double worst;                                               /* radians */
-    uint32_t pairs[PSURF_KIND_COUNT][PSURF_KIND_COUNT];         /* edges measured, lower kind first */
+    uint32_t pairs[PSURF_KIND_COUNT][PSURF_KIND_COUNT];     /* edges measured, lower kind first */
     uint32_t valences[13];                                      /* ends of edges measured */
 } joins;
 
@@ -157,10 +157,11 @@ static void test_high_valence(void **state)
             joins j;
             memset(&j, 0, sizeof j);
             measure_joins(&j, &m, &rng, 3);
-            print_message("valence %u, %s: %.2g rad\n", (unsigned)n, polar ? "polar" : "p3", j.worst);
+            print_message("valence %u, %s: %.2g rad\n", (unsigned)n, polar ? "polar" : "p3",
+                          j.worst);
             if (polar) assert_int_equal(j.pairs[PSURF_POLAR][PSURF_POLAR], 2 * n);
             else assert_int_equal(j.pairs[PSURF_P3][PSURF_P3], 6 * n);
-            /* in float, rounding of points grows with the valence against the space between spokes */
+            /* in float, rounding of points grows against the space between the spokes */
             assert_true(IS_DOUBLE ? j.worst < 1e-10
                                   : j.worst * 180 / PI < 0.01 * fmax(1, (double)n / 256));
             mesh_free(&m);
@@ -266,9 +267,10 @@ static double centre_condition(const psurf_patch *patch)
 
 /* Derivatives on the line from corner i to the centre, from the sectors on both sides of it. In
    pentagons each sector has its own parameters: those of the regular pentagon's sectors agree. */
-static double line_jump(const psurf_patches *patches, uint32_t face, uint32_t m, uint32_t i, double t)
+static double line_jump(const psurf_patches *patches, uint32_t face, uint32_t m, uint32_t i,
+                        double t)
 {
-    const double aside = 1.0 / 17592186044416.0;            /* 2^-44: into the sector, not onto it */
+    const double aside = 1.0 / 17592186044416.0;        /* 2^-44: into the sector, not onto it */
     uint32_t h = (i + m - 1) % m;
     point before, after;
     if (m == 5) {
@@ -562,7 +564,7 @@ static void test_quadratics_at_centre(void **state)
     for (round = 0; round < 60; round++) {
         mesh m = make_random_spindle(&rng, 10, 9);
         surface s;
-        for (i = 0; i < m.vertex_count; i++)        /* random altogether: rows in general position */
+        for (i = 0; i < m.vertex_count; i++)    /* random altogether: rows in general position */
             m.positions[i] = random_vec(&rng);
         surface_build(&s, &m);
         for (i = 0; i < s.info.facets; i++) {
@@ -620,8 +622,9 @@ static void test_roundness(void **state)
             for (k = 0; k < m[i].faces[f].size; k++)
                 for (y = 0; y <= 20; y++)
                     for (x = 0; x + y <= 20; x++, count++) {
-                        double r = length(eval_at(&s.patches, sector_sample(f, m[i].faces[f].size, k,
-                                                                             x / 20.0, y / 20.0)).p);
+                        psurf_sample at = sector_sample(f, m[i].faces[f].size, k, x / 20.0,
+                                                        y / 20.0);
+                        double r = length(eval_at(&s.patches, at).p);
                         low = fmin(low, r), high = fmax(high, r), sum += r;
                         if (x + y == 0) centre = r;
                         if (x == 20) vertex = r;
@@ -833,8 +836,9 @@ static mesh renumber(const mesh *m, const uint32_t *vertex, const uint32_t *face
 static void test_bookkeeping(void **state)
 {
     mesh m = make_creature(), other;
-    uint32_t *vertex = (uint32_t *)grab(m.vertex_count, 4), *face = (uint32_t *)grab(m.face_count, 4);
-    uint32_t *turn = (uint32_t *)grab(m.face_count, 4), i, round;
+    uint32_t *vertex = (uint32_t *)grab(m.vertex_count, sizeof *vertex);
+    uint32_t *face = (uint32_t *)grab(m.face_count, sizeof *face);
+    uint32_t *turn = (uint32_t *)grab(m.face_count, sizeof *turn), i, round;
     uint64_t rng = 11;
     surface a, b;
     (void)state;

@@ -227,7 +227,8 @@ static void test_where(void **state)
             assert_true(size == 4 || u + v < 1.000001);
             assert_true(distance(p.p, load(t.p + 3 * i)) < (IS_DOUBLE ? 1e-13 : 1e-4));
             assert_true(angle_between(p.n, load(t.n + 3 * i)) < (IS_DOUBLE ? 1e-10 : 1e-3));
-            exact[0] = (psurf_real)p.p.x, exact[1] = (psurf_real)p.p.y, exact[2] = (psurf_real)p.p.z;
+            exact[0] = (psurf_real)p.p.x, exact[1] = (psurf_real)p.p.y;
+            exact[2] = (psurf_real)p.p.z;
             if (rate & (rate - 1)) continue;
             if (size == 4 ? u * v * (1 - u) * (1 - v) == 0
                           : size == 3 ? u * v * (1 - u - v) == 0 : u + v == 1) {
@@ -368,6 +369,7 @@ static void test_ranges(void **state)
     surface_build(&s, &m);
     for (round = 0; round < 24; round++) {
         uint32_t flags = round & 1 ? PSURF_TESS_PER_FACE : 0, rate = rates[round / 2 % 4], end;
+        size_t vertices;
         tess whole = tessellate(&s, rate, flags), parts = tessellate(&s, rate, flags);
         memset(parts.p, 0, (size_t)parts.span.vertex_count * 3 * sizeof *parts.p);
         memset(parts.n, 0, (size_t)parts.span.vertex_count * 3 * sizeof *parts.n);
@@ -378,9 +380,10 @@ static void test_ranges(void **state)
             end -= count;
             write_range(&s, &parts, end, end + count == m.face_count ? PSURF_NONE - end : count);
         }
-        assert_memory_equal(whole.p, parts.p, (size_t)whole.span.vertex_count * 3 * sizeof *whole.p);
-        assert_memory_equal(whole.n, parts.n, (size_t)whole.span.vertex_count * 3 * sizeof *whole.n);
-        assert_memory_equal(whole.where, parts.where, whole.span.vertex_count * sizeof *whole.where);
+        vertices = whole.span.vertex_count;
+        assert_memory_equal(whole.p, parts.p, vertices * 3 * sizeof *whole.p);
+        assert_memory_equal(whole.n, parts.n, vertices * 3 * sizeof *whole.n);
+        assert_memory_equal(whole.where, parts.where, vertices * sizeof *whole.where);
         assert_memory_equal(whole.indices, parts.indices,
                             whole.span.index_count * sizeof *whole.indices);
         tess_free(&whole);
@@ -405,12 +408,10 @@ static void test_empty_ranges(void **state)
     t = tessellate(&s, 4, PSURF_TESS_PER_FACE);
     memset(&out, 0, sizeof out);
     for (i = 0; i < 3; i++) {
-        uint32_t first = i == 0 ? 3 : i == 1 ? m.face_count : PSURF_NONE;
-        assert_int_equal(psurf_tessellate_size(s.topology, &t.desc, first, i ? PSURF_NONE : 0, &span),
-                         PSURF_OK);
+        uint32_t first = i == 0 ? 3 : i == 1 ? m.face_count : PSURF_NONE, n = i ? PSURF_NONE : 0;
+        assert_int_equal(psurf_tessellate_size(s.topology, &t.desc, first, n, &span), PSURF_OK);
         assert_int_equal(span.vertex_count + span.index_count, 0);
-        assert_int_equal(psurf_tessellate(&s.patches, &t.desc, first, i ? PSURF_NONE : 0, &out),
-                         PSURF_OK);
+        assert_int_equal(psurf_tessellate(&s.patches, &t.desc, first, n, &out), PSURF_OK);
     }
     assert_int_equal(psurf_tessellate_size(s.topology, &t.desc, 2, 1, &span), PSURF_OK);
     out.p = p;
@@ -612,7 +613,8 @@ static void test_check_accounts(void **state)
     assert_int_equal(samples, whole.samples);
     assert_true(worst == whole.max_normal_deg);
     assert_true(whole.worst_face < m.face_count && whole.worst_edge < s.info.edges);
-    assert_int_equal(psurf_check(&s.patches, &s.construct, 6, whole.worst_edge, 1, &part), PSURF_OK);
+    e = whole.worst_edge;
+    assert_int_equal(psurf_check(&s.patches, &s.construct, 6, e, 1, &part), PSURF_OK);
     assert_true(part.max_normal_deg == whole.max_normal_deg);
     assert_int_equal(part.worst_face, whole.worst_face);
     assert_int_equal(psurf_check(&s.patches, &s.construct, 6, s.info.edges, 1, &part), PSURF_OK);

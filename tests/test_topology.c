@@ -3,7 +3,10 @@
 #define PSURF_IMPLEMENTATION
 #include "common.h"
 
-static const psurf_ring *rings_of(const surface *s) { return (const psurf_ring *)s->tables.rings.data; }
+static const psurf_ring *rings_of(const surface *s)
+{
+    return (const psurf_ring *)s->tables.rings.data;
+}
 static const psurf_spoke *spokes_of(const surface *s)
 {
     return (const psurf_spoke *)s->tables.spokes.data;
@@ -16,7 +19,10 @@ static const psurf_facet *facets_of(const surface *s)
 {
     return (const psurf_facet *)s->tables.facets.data;
 }
-static const psurf_edge *edges_of(const surface *s) { return (const psurf_edge *)s->tables.edges.data; }
+static const psurf_edge *edges_of(const surface *s)
+{
+    return (const psurf_edge *)s->tables.edges.data;
+}
 
 static uint32_t sides_of(psurf_kind kind)
 {
@@ -629,7 +635,8 @@ static void test_nonfinite_spreads_no_further(void **state)
             assert_true(near);
         }
         for (k = 0; k < pb.point_count; k++)            /* y and z do not feel x */
-            assert_memory_equal(pa.points + 3 * k + 1, pb.points + 3 * k + 1, 2 * sizeof(psurf_real));
+            assert_memory_equal(pa.points + 3 * k + 1, pb.points + 3 * k + 1,
+                                2 * sizeof(psurf_real));
     }
     assert_true(spoiled > 16);
     surface_free(&a);
