@@ -69,8 +69,9 @@
      mesh --> topology --> vertex data --> patches --> points
      * topology: all that follows from connectivity alone. Validated here and nowhere else;
        immutable afterwards, shared between threads and frames. A face is an input polygon, a facet
-       what carries a patch. A ring is a vertex with the fan of facets around it; a spoke is an edge
-       seen from one of its ends. A vertex where two fans touch has two rings.
+       what carries a patch: a face, or a piece of one that had to be split. A ring is a vertex with
+       the fan of facets around it; a spoke is an edge seen from one of its ends. A vertex where two
+       fans touch has two rings, one on hard edges has a ring for each side.
      * vertex data: per ring and spoke, in scratch memory that may be reused between meshes.
      * patches: one per facet, one tight array per kind:
          bicubic  quad whose corners all have four edges: C2 with its like on regular regions
@@ -84,16 +85,26 @@
      * rate: segments per edge. All faces of a tessellation have the same rate.
      * blend ratio, per end of an edge: 2/3 is the default, towards 0 the edge becomes sharp, 1 is
        softer. Exactly 0 is a crease: normals on it are one-sided, and positions still meet.
+     * hard edges: two tangent planes along a smooth curve, one normal per side. A chain of them is
+       a crease; where it ends, the surface is smooth (dart); where three or more meet, or at
+       vertices in desc.corners, the vertex stays in place. On regular quad meshes this is
+       Catmull-Clark's infinitely sharp crease. One hard edge between two darts changes nothing.
+     * boundaries: a smooth curve through the boundary vertices, B-spline on regular ones. A vertex
+       with one face is a corner.
+     * split faces: a face of six corners or more, at an interior vertex of two edges, or alone on
+       its side of a crease becomes a fan of triangles round its centre, a polar cap where its rim
+       is regular. Results are per input face all the same.
 
    INPUT RULES
-     * Faces counter-clockwise seen from outside, 3 to 5 corners, no vertex twice in a face.
-     * Every edge belongs to two faces, which run along it in opposite directions.
-     * Interior vertices have three edges or more. Vertices without faces are ignored; several
-       components, and fans that touch at a vertex, are fine.
+     * Faces counter-clockwise seen from outside, 3 to 65535 corners, no vertex twice in a face.
+     * An edge has one face or two, which run along it in opposite directions. Other edges are
+       refused, or, with PSURF_CUT_BAD_EDGES, opened: each of their faces gets a boundary there.
+     * Vertices without faces are ignored. Several components, and fans that touch at a vertex, are
+       fine. A corner of 180 degrees (T-junction entered as a pentagon) is fine.
+     * Corners in desc.corners where fewer than two hard or boundary edges meet are ignored. On a
+       straight crease they make the normal vanish: flag corners that are corners.
      * Positions may be anything finite. Non-finite ones spread to the points they reach, never into
        an index; give desc.positions to have them refused.
-     * Not in this version, refused with PSURF_UNSUPPORTED: open boundaries, faces of six or more
-       corners, vertices with two edges.
 
    ERRORS. Calls that can fail return a psurf_result; psurf_topology_create and psurf_smooth also
    say where. The library never asserts, prints, aborts, or sets errno.
@@ -110,16 +121,15 @@
      PSURF_BAD_WINDING    two faces run along an edge the same way: face, corner where the edge
                           starts in the later one, vertex, other
      PSURF_NON_MANIFOLD   an edge of three faces: face and corner of the third, vertex, other
+     PSURF_BAD_CORNER     desc.corners names a vertex >= vertex_count: vertex
      PSURF_NOT_FINITE     desc.positions has an infinity or NaN: vertex
-     PSURF_TOO_LARGE      2^31 corners or vertices, 2^24 edges at a vertex, sizes or numbers beyond
-                          what memory, 32-bit or 16-bit indices can hold
+     PSURF_TOO_LARGE      2^31-1 corners or vertices, 2^22 edges at a vertex, sizes or numbers
+                          beyond what memory, 32-bit or 16-bit indices can hold
      PSURF_OUT_OF_MEMORY  the allocator returned NULL; nothing is leaked
-     PSURF_UNSUPPORTED    see INPUT RULES: face (too many corners), face, corner, vertex, other (an
-                          edge with one face), or vertex (two edges)
 
-   MEMORY. psurf_topology_create allocates twice and keeps one block; psurf_smooth allocates four
-   times and keeps one block; nothing else allocates. Patches and scratch are the caller's: sizes
-   first, memory after, mapped GPU memory included. Stack use stays below 8 KB; no recursion.
+   MEMORY. psurf_topology_create allocates three times and keeps one block; psurf_smooth allocates
+   five times and keeps one block; nothing else allocates. Patches and scratch are the caller's:
+   sizes first, memory after, mapped GPU memory included. Stack use stays below 8 KB; no recursion.
 
    THREADS. No mutable globals. A topology may be used by any number of threads. Construction passes
    and tessellation run over ranges: give each job its own range; between two passes wait for all
@@ -138,9 +148,9 @@
    THE GPU. Tables (psurf_topology_tables) and patches upload as they are: arrays of 32-bit words
    and tight floats. Their sizes are asserted at compile time; PSURF_TABLE_VERSION counts changes.
 
-   LIMITS. Corners and vertices below 2^31, faces of 3 to 5 corners, valence up to 16777215 (one
-   ring is one item of work: split ranges do not divide it), rate 1 to 16384, tessellations below
-   2^32 vertices.
+   LIMITS. Corners (three per corner of split faces) and vertices below 2^31-1, faces of 3 to 65535
+   corners, valence up to 4194303 (one ring is one item of work: ranges do not divide it), rate 1 to
+   16384, tessellations below 2^32 vertices.
 
    COMPILE-TIME OPTIONS, the same in every file that includes the header:
      PSURF_IMPLEMENTATION  in one file: the code
@@ -201,7 +211,8 @@ typedef struct psurf_topology psurf_topology;   /* opaque, immutable, shareable 
 #define PSURF_NONE 0xFFFFFFFFu                  /* an index that points nowhere */
 #define PSURF_MAX_RATE 16384u                   /* segments per edge */
 #define PSURF_MAX_FACE_SIZE 65535u              /* corners of a face */
-#define PSURF_MAX_VALENCE 16777215u             /* edges at a vertex */
+#define PSURF_MAX_VALENCE 4194303u              /* edges at a vertex */
+#define PSURF_MAX_CORNERS 0x7FFFFFFFu           /* face corners; three per corner of split faces */
 
 /* Every result: code, and what it says. The manual's ERRORS tells what provokes each. */
 #define PSURF_RESULTS(X)                                                                           \
@@ -215,7 +226,7 @@ typedef struct psurf_topology psurf_topology;   /* opaque, immutable, shareable 
     X(NOT_FINITE,    "vertex position is not finite")                                              \
     X(TOO_LARGE,     "mesh or output exceeds a documented limit or the address space")             \
     X(OUT_OF_MEMORY, "allocator returned NULL")                                                    \
-    X(UNSUPPORTED,   "valid mesh, but beyond what this version covers")
+    X(BAD_CORNER,    "corner names a vertex that does not exist")
 typedef enum psurf_result {
 #define PSURF__X(name, text) PSURF_##name,
     PSURF_RESULTS(PSURF__X)
@@ -253,8 +264,15 @@ typedef enum psurf_kind {
 
 /* ---- topology: once per connectivity --------------------------------------------------------- */
 
-enum { PSURF_BLEND = 1u };              /* psurf_edge_tag.flags: blend0 and blend1 count */
-enum { PSURF_DEFAULT_BLEND = 1u };      /* psurf_mesh_desc.flags: default_blend counts, else 2/3 */
+enum {                                  /* psurf_edge_tag.flags */
+    PSURF_HARD = 1u,                    /* two tangent planes, one normal per side */
+    PSURF_BLEND = 2u                    /* blend0 and blend1 count */
+};
+enum {                                  /* psurf_mesh_desc.flags */
+    PSURF_DEFAULT_BLEND = 1u,           /* default_blend counts, else 2/3 */
+    PSURF_CUT_BAD_EDGES = 2u            /* open edges of more than two faces, or of two that run the
+                                           same way, instead of refusing them */
+};
 
 /* What the caller says of one edge. A blend ratio (alpha of paper eq. 14) sharpens the surface at
    one end of an edge: 2/3 is the uniform B-spline, 0 a crease, 1 softer than the B-spline. */
@@ -272,6 +290,9 @@ typedef struct psurf_mesh_desc {
     const uint32_t *face_vertices;      /* [sum of sizes] counter-clockwise seen from outside */
     const psurf_edge_tag *edges;        /* [edge_count] or NULL */
     uint32_t edge_count;
+    const uint32_t *corners;            /* [corner_count] or NULL: vertices that stay in place (if
+                                           two or more hard or boundary edges meet there) */
+    uint32_t corner_count;
     uint32_t flags;
     psurf_real default_blend;           /* with PSURF_DEFAULT_BLEND: of edges without a tag */
     const psurf_real *positions;     /* [vertex_count][3] or NULL: only to refuse non-finite ones */
@@ -283,8 +304,8 @@ typedef struct psurf_mesh_desc {
 /* Builds the topology of a mesh; validates every number it reads.
    desc: as above. topology: receives the object, or NULL unless PSURF_OK. error: receives the place
    of the offence, may be NULL.
-   Returns any result of the list except what only other calls return. Allocates twice through
-   desc->allocator, which is copied and must outlive the object, and keeps one of the two blocks.
+   Returns any result of the list except what only other calls return. Allocates three times
+   through desc->allocator, which is copied and must outlive the object, and keeps one block.
    Linear in the number of face corners. Any thread; calls do not know of each other.
    Source: [PM] section 3 (rings), section 4 (kinds of facet). */
 PSURF_API psurf_result psurf_topology_create(const psurf_mesh_desc *desc, psurf_topology **topology,
@@ -301,7 +322,9 @@ typedef struct psurf_info {
     uint32_t valence2;                  /* interior vertices with two edges */
     uint32_t kind_faces[PSURF_KIND_COUNT];
     uint32_t ngon_faces;                /* faces that are split */
-    uint32_t rings, spokes, facets;
+    uint32_t edges_cut;                 /* opened by PSURF_CUT_BAD_EDGES */
+    uint32_t rings, spokes, facets, centres;
+    uint32_t edge_sides;                /* edges, hard ones twice */
     size_t bytes, peak_bytes;           /* kept by the object; most held while it was built */
 } psurf_info;
 
@@ -309,35 +332,48 @@ typedef struct psurf_info {
 PSURF_API void psurf_topology_info(const psurf_topology *topology, psurf_info *info);
 
 /* The tables that both processors read: std430 arrays without padding, uploaded as they are.
-   A ring is a vertex with its fan of facets. Spoke j runs along the edge to E_j; facet f_j lies
-   between spokes j and j+1, counter-clockwise. Facets stand in the order of their patches: by kind,
+   A ring is a vertex with its fan of facets, or with one side of it where hard edges cut the fan.
+   Spoke j runs along the edge to E_j; facet f_j lies between spokes j and j+1, counter-clockwise. A
+   closed ring has as many spokes as facets, an open one a last spoke more. Ids >= vertex_count are
+   centres of split faces. Facets stand in the order of their patches: by kind,
    then by face. Corners stand in the order of the facets: corner i of facet k, of a kind with m
    sides, is corner kind_first_corner + (k - kind_first) * m + i. */
 typedef struct psurf_ring {
     uint32_t point;                     /* vertex */
     uint32_t first_spoke;
-    uint32_t valence;                   /* spokes; bit 31: polar vertex */
+    uint32_t valence;                   /* bits 0-23: spokes; flags PSURF_RING_... */
     uint32_t trig;                    /* row of psurf_trig: scales, then cos and sin of j/n turns */
 } psurf_ring;
 typedef struct psurf_spoke {
     uint32_t end;                       /* E_j */
-    uint32_t after, before;             /* facet f_j: vertex after E_j, vertex before E_(j+1) */
+    uint32_t after, before;             /* facet f_j: vertex after E_j, vertex before E_(j+1). Last
+                                           spoke of an open ring: far spokes of a wide neighbour
+                                           beyond the last, the first spoke, or PSURF_NONE */
 } psurf_spoke;
 typedef struct psurf_corner {
     uint32_t ring;                      /* bit 31: this facet writes the welded vertex */
     uint32_t spoke;                  /* in the table of spokes: along the edge to the next corner */
-    uint32_t edge;                  /* of that edge; bit 31: this facet writes its welded samples */
+    uint32_t edge;                  /* of that edge side; bit 31: this facet writes its samples */
 } psurf_corner;
 typedef struct psurf_facet {
     uint32_t face;
-    uint32_t piece;                  /* bits 0-15: piece of a split face; 16-17: corner A (polar) */
+    uint32_t piece;                     /* bits 0-15: piece of a split face; 16-17: corner A of a
+                                           polar facet; 31: PSURF_SPLIT_FACE */
 } psurf_facet;
-typedef struct psurf_edge { uint32_t corner, other; } psurf_edge;   /* corners; the writer first */
+typedef struct psurf_edge {             /* a side of an edge; the second sides of hard edges last */
+    uint32_t corner, other;             /* the writer's; that across, PSURF_NONE at boundaries */
+} psurf_edge;
 /* Rows of a valence n, from psurf_ring.trig: first the scales 9/(n(n+5)) of the limit point and
    1/(2 n lambda_n) of the tangents, then cosine and sine of j/n turns, j = 0 .. n-1. */
 typedef struct psurf_trig { psurf_real c, s; } psurf_trig;
 #define PSURF_WRITER 0x80000000u        /* bit 31 of psurf_corner.ring and .edge */
-#define PSURF_POLAR_RING 0x80000000u    /* bit 31 of psurf_ring.valence */
+#define PSURF_INNER_EDGE 0x7FFFFFFFu    /* psurf_corner.edge between the pieces of a split face */
+#define PSURF_SPLIT_FACE 0x80000000u    /* bit 31 of psurf_facet.piece */
+#define PSURF_RING_POLAR 0x80000000u    /* psurf_ring.valence: the facets are polar */
+#define PSURF_RING_OPEN 0x40000000u     /* between two sharp spokes: crease or boundary, */
+#define PSURF_RING_CORNER 0x20000000u   /* or corner, */
+#define PSURF_RING_WIDE 0x10000000u     /* or the wide side of a corner */
+#define PSURF_RING_VALENCE 0x00FFFFFFu
 
 /* All tables lie in one block, each at a multiple of 256 bytes from its start: one copy uploads
    them. Shaders that read ring or edge of a corner, or valence of a ring, mask the flag bits. */
@@ -348,6 +384,7 @@ typedef struct psurf_tables {
     psurf_table rings, spokes, corners, facets, edges, trig;
     psurf_table blends;                 /* psurf_real per spoke; count 0 where all are 2/3 */
     psurf_table face_facet;             /* uint32_t per face: its first facet */
+    psurf_table centres;                /* uint32_t per centre: its face */
     uint32_t kind_first[PSURF_KIND_COUNT + 1];          /* first facet of each kind */
     uint32_t kind_first_corner[PSURF_KIND_COUNT + 1];
     uint32_t version;                   /* PSURF_TABLE_VERSION */
@@ -366,7 +403,7 @@ PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0,
 /* Construction runs in passes. Within a pass, items may be done in any order, in any ranges, by any
    threads; all of a pass must be done before the next one starts. */
 typedef enum psurf_pass {
-    PSURF_PASS_CENTRES,                 /* centres of split faces (none in this version) */
+    PSURF_PASS_CENTRES,                 /* centres of split faces */
     PSURF_PASS_VERTICES,                /* per ring: limit point, tangent points, face points */
     PSURF_PASS_FACETS,                  /* per facet: control points */
     PSURF_PASS_COUNT
@@ -379,8 +416,9 @@ typedef struct psurf_patches_layout {
     size_t patch_bytes, scratch_bytes;
     uint32_t pass_items[PSURF_PASS_COUNT];
     psurf_kind_block kind[PSURF_KIND_COUNT];    /* in the patches; offsets are multiples of 256 */
-    size_t limit_offset;                /* in the scratch: [rings][3] limit points v */
-    size_t spoke_offset;              /* in the scratch: [spokes][2][3] t_j, f_j; multiple of 256 */
+    size_t centre_offset;               /* in the scratch: [centres][3]; all multiples of 256 */
+    size_t limit_offset;                /* [rings][3] limit points v */
+    size_t spoke_offset;                /* [spokes][2][3] tangent point t_j, face point f_j */
 } psurf_patches_layout;
 
 /* Patches of one mesh: a plain value that owns nothing. Fill it with psurf_patches_bind. The
@@ -507,8 +545,8 @@ typedef struct psurf_tess_out {
 } psurf_tess_out;
 
 /* Sizes of the tessellation of faces first_face .. first_face+face_count-1; a range beyond the last
-   face is cut there. Welded vertices are numbered: one per ring, then rate-1 per edge from the
-   start of its writer on, then the insides face by face. Per face they run
+   face is cut there. Welded vertices are numbered: one per ring but centres, then rate-1 per edge
+   side from the start of its writer on, then the insides face by face. Per face they run
    along corner 0 -> 1 first, then towards the other side; faces of m >= 5 corners sector by sector,
    their centre last. A face has the same triangles in the same order either way.
    Returns PSURF_OK; BAD_DESC for canaries, a rate out of range, unknown flags or NULL; TOO_LARGE
@@ -544,14 +582,16 @@ typedef struct psurf_check_result {
     uint64_t degenerate;                /* pairs left out of max_normal_deg: see psurf_check */
     double max_normal_deg;              /* largest angle between the two normals of a pair */
     uint32_t worst_face, worst_edge;    /* where it is; PSURF_NONE if nothing was compared */
-    uint32_t sharp_edges;             /* edges compared for cracks alone: blend ratio 0 at an end */
+    uint32_t sharp_edges;               /* edges compared for cracks alone */
 } psurf_check_result;
 
 /* Compares edges first_edge .. first_edge+edge_count-1 (of psurf_info.edges) from both sides, at
    rate+1 samples each, exactly as per-face tessellation writes them.
    desc: what the patches were constructed from. Pairs count as degenerate on edges shorter than
-   1e-5 of the bounding box diagonal, beside faces with a corner angle below 0.5 degrees, and where
-   a normal is zero.
+   1e-5 of the bounding box diagonal, beside faces with a corner angle below 0.5 degrees, at tips of
+   slits (the two boundary edges of a vertex less than 0.5 degrees apart), and where a normal is
+   zero. Hard edges, and those with a blend ratio of 0 at an end, are compared for cracks alone and
+   counted as sharp_edges. Boundary edges have one side and are passed over.
    Returns PSURF_OK, or BAD_DESC as psurf_construct_pass and psurf_tessellate_size. No allocation.
    Threads: any; sums over ranges add up, maxima combine. */
 PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_construct_desc *desc,
@@ -903,6 +943,7 @@ struct psurf_topology {
     psurf_trig *trig;
     psurf_real *blends;                 /* NULL where all are 2/3 */
     uint32_t *face_facet;
+    uint32_t *centres;
     psurf__start *starts;             /* what lies before each face; NULL where all have one size */
     uint32_t uniform_size;
     uint32_t corner_count, trig_count;
@@ -942,20 +983,22 @@ static uint32_t psurf__kind_sides(psurf_kind kind)
     return sides[kind];
 }
 
-/* The valence of a ring, and the spokes around a spoke of it. */
+/* The spokes of a ring, and those around a spoke: PSURF_NONE beyond the ends of an open ring. */
 static uint32_t psurf__valence(const psurf_ring *ring)
 {
-    return ring->valence & ~PSURF_POLAR_RING;
+    return ring->valence & PSURF_RING_VALENCE;
 }
 
 static uint32_t psurf__next_spoke(const psurf_ring *ring, uint32_t spoke)
 {
-    return spoke - ring->first_spoke + 1 == psurf__valence(ring) ? ring->first_spoke : spoke + 1;
+    if (spoke - ring->first_spoke + 1 < psurf__valence(ring)) return spoke + 1;
+    return ring->valence & PSURF_RING_OPEN ? PSURF_NONE : ring->first_spoke;
 }
 
 static uint32_t psurf__previous_spoke(const psurf_ring *ring, uint32_t spoke)
 {
-    return spoke == ring->first_spoke ? spoke + psurf__valence(ring) - 1 : spoke - 1;
+    if (spoke > ring->first_spoke) return spoke - 1;
+    return ring->valence & PSURF_RING_OPEN ? PSURF_NONE : spoke + psurf__valence(ring) - 1;
 }
 
 /* First corner of a facet of a known kind. */
@@ -964,20 +1007,33 @@ static uint32_t psurf__facet_corner(const psurf_topology *t, psurf_kind kind, ui
     return t->kind_first_corner[kind] + (facet - t->kind_first[kind]) * psurf__kind_sides(kind);
 }
 
-/* What a topology is made from, all per input corner unless said otherwise. */
+/* What a topology is made from. Built in two steps, each with memory of its own: the faces as they
+   came in, then the facets that they or their pieces became. */
 typedef struct psurf__builder {
     const psurf_mesh_desc *desc;
     psurf_error error;
-    uint32_t vertices, faces, corners, edges, ring_count, vertex_rings, max_valence, trig_count;
+    uint32_t vertices, faces, edges, hard_edges, boundary_edges, edges_cut, valence2;
     uint32_t uniform_size;              /* of all faces, or 0 */
-    uint32_t *next, *prev;              /* corner of the same face */
-    uint32_t *twin;                     /* the half-edge that runs the other way */
-    uint32_t *edge, *order;             /* edge number; corners sorted by edge */
-    uint32_t *ring, *spoke;             /* number of each in the tables */
-    uint32_t *first_corner;             /* per vertex */
-    uint32_t *count;                /* work space: one number per corner, vertex, edge or valence */
+    uint32_t splits, facets, corners;   /* split faces; of the facets once they are known */
+    uint32_t ring_count, vertex_rings, spoke_count, max_valence, trig_count;
+
+    const uint32_t *vertex;             /* per corner */
+    uint32_t *next, *prev;              /* per corner: corner of the same facet */
+    uint32_t *twin;                     /* per corner: the half-edge that runs the other way */
+    uint32_t *edge;                     /* per corner: number of the edge */
+    uint32_t *order;                    /* per corner: sorted by edge; then the face of each */
+    uint32_t *first_corner;             /* per vertex and centre */
+    uint32_t *edge_tag;                 /* per edge: number of its tag, or PSURF_NONE */
+    unsigned char *edge_hard;           /* per edge */
+    unsigned char *vertex_flag;         /* per vertex: named in desc->corners */
+    unsigned char *face_split;          /* per face */
+    uint32_t *face_corner;              /* per face: first corner of its facets */
+
+    uint32_t *count;                    /* work space: per corner, vertex, edge or valence */
+    uint32_t *ring, *spoke;             /* per corner: number of each in the tables */
     psurf_ring *rings;                  /* per ring */
-    unsigned char *ring_flags;          /* per ring */
+    uint32_t *ring_corner;              /* per ring: the corner at its first spoke */
+    unsigned char *ring_flag;           /* per ring */
     unsigned char *face_kind;           /* per face */
 } psurf__builder;
 
@@ -1010,9 +1066,11 @@ static psurf_result psurf__fail_edge(psurf__builder *b, psurf_result result, uin
     uint32_t face = 0, first = 0;
     while (corner - first >= psurf__size_of_face(b->desc, face))
         first += psurf__size_of_face(b->desc, face++);
-    return psurf__fail(b, result, face, corner - first, b->desc->face_vertices[corner],
-                       b->desc->face_vertices[b->next[corner]]);
+    return psurf__fail(b, result, face, corner - first, b->vertex[corner],
+                       b->vertex[b->next[corner]]);
 }
+
+/* ---- the faces ---- */
 
 /* Counts vertices, faces and corners. */
 static psurf_result psurf__count_mesh(psurf__builder *b)
@@ -1027,12 +1085,10 @@ static psurf_result psurf__count_mesh(psurf__builder *b)
         const uint32_t size = psurf__size_of_face(d, f);
         if (size < 3 || size > PSURF_MAX_FACE_SIZE)
             return psurf__fail(b, PSURF_BAD_FACE, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
-        if (size > 5)
-            return psurf__fail(b, PSURF_UNSUPPORTED, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
         if (size != b->uniform_size) b->uniform_size = 0;
         corners += (uint64_t)size * times;
     }
-    if (corners >= PSURF_WRITER || d->vertex_count >= PSURF_WRITER)
+    if (corners >= PSURF_MAX_CORNERS || d->vertex_count >= PSURF_MAX_CORNERS)
         return psurf__fail_nowhere(b, PSURF_TOO_LARGE);
     b->vertices = d->vertex_count;
     b->faces = d->face_count;
@@ -1044,29 +1100,32 @@ static psurf_result psurf__count_mesh(psurf__builder *b)
 static psurf_result psurf__check_desc(psurf__builder *b)
 {
     const psurf_mesh_desc *d = b->desc;
+    const uint32_t known = PSURF_DEFAULT_BLEND | PSURF_CUT_BAD_EDGES;
     const psurf_real blend = d->default_blend;
-    if (d->_start_canary || d->_end_canary || (d->flags & ~(uint32_t)PSURF_DEFAULT_BLEND) ||
+    if (d->_start_canary || d->_end_canary || (d->flags & ~known) ||
         (d->face_count && !d->face_vertices) || (d->edge_count && !d->edges) ||
-        d->position_stride % sizeof(psurf_real) ||
+        (d->corner_count && !d->corners) || d->position_stride % sizeof(psurf_real) ||
         ((d->flags & PSURF_DEFAULT_BLEND) && !(blend >= 0 && blend <= 1)))
         return psurf__fail_nowhere(b, PSURF_BAD_DESC);
     return psurf__count_mesh(b);
 }
 
-static void psurf__carve_builder(psurf__builder *b, psurf__block *block)
+static void psurf__carve_faces(psurf__builder *b, psurf__block *block)
 {
-    uint64_t c = b->corners, work = c > b->vertices ? c : b->vertices;
+    const uint64_t c = b->corners, v = b->vertices;
     b->next = PSURF__CARVE(block, uint32_t, c);
     b->prev = PSURF__CARVE(block, uint32_t, c);
     b->twin = PSURF__CARVE(block, uint32_t, c);
     b->edge = PSURF__CARVE(block, uint32_t, c);
     b->order = PSURF__CARVE(block, uint32_t, c);
     b->ring = PSURF__CARVE(block, uint32_t, c);
-    b->spoke = PSURF__CARVE(block, uint32_t, c);
-    b->first_corner = PSURF__CARVE(block, uint32_t, b->vertices);
-    b->count = PSURF__CARVE(block, uint32_t, work + 2);
-    b->rings = PSURF__CARVE(block, psurf_ring, c / 2);  /* a ring has two facets at least */
-    b->ring_flags = PSURF__CARVE(block, unsigned char, c / 2);
+    b->edge_tag = PSURF__CARVE(block, uint32_t, c);
+    b->first_corner = PSURF__CARVE(block, uint32_t, v);
+    b->count = PSURF__CARVE(block, uint32_t, (c > v ? c : v) + 1);
+    b->edge_hard = PSURF__CARVE(block, unsigned char, c);
+    b->vertex_flag = PSURF__CARVE(block, unsigned char, v);
+    b->face_split = PSURF__CARVE(block, unsigned char, b->faces);
+    b->face_corner = PSURF__CARVE(block, uint32_t, b->faces);
     b->face_kind = PSURF__CARVE(block, unsigned char, b->faces);
 }
 
@@ -1085,7 +1144,6 @@ static psurf_result psurf__check_positions(psurf__builder *b)
 /* Validates the indices and links the corners of each face. */
 static psurf_result psurf__link_faces(psurf__builder *b)
 {
-    const uint32_t *vertex = b->desc->face_vertices;
     uint32_t *seen = b->count;                          /* per vertex: last face that named it */
     uint32_t f, v, c = 0;
     for (v = 0; v < b->vertices; v++) {
@@ -1095,7 +1153,7 @@ static psurf_result psurf__link_faces(psurf__builder *b)
     for (f = 0; f < b->faces; f++) {
         uint32_t first = c, end = c + psurf__size_of_face(b->desc, f);
         for (; c < end; c++) {
-            v = vertex[c];
+            v = b->vertex[c];
             if (v >= b->vertices)
                 return psurf__fail(b, PSURF_BAD_INDEX, f, c - first, v, PSURF_NONE);
             if (seen[v] == f) return psurf__fail(b, PSURF_BAD_FACE, f, c - first, v, PSURF_NONE);
@@ -1111,7 +1169,7 @@ static psurf_result psurf__link_faces(psurf__builder *b)
 /* The lower (which = 0) or higher vertex of a corner's half-edge. */
 static uint32_t psurf__edge_end(const psurf__builder *b, uint32_t corner, int which)
 {
-    uint32_t v = b->desc->face_vertices[corner], w = b->desc->face_vertices[b->next[corner]];
+    uint32_t v = b->vertex[corner], w = b->vertex[b->next[corner]];
     return (v < w) == (which == 0) ? v : w;
 }
 
@@ -1119,7 +1177,7 @@ static uint32_t psurf__edge_end(const psurf__builder *b, uint32_t corner, int wh
 static void psurf__sort_corners(psurf__builder *b, const uint32_t *from, uint32_t *to, int which)
 {
     uint32_t *count = b->count, v, c, sum = 0;
-    for (v = 0; v <= b->vertices; v++) count[v] = 0;
+    for (v = 0; v < b->vertices; v++) count[v] = 0;
     for (c = 0; c < b->corners; c++) count[psurf__edge_end(b, c, which)]++;
     for (v = 0; v < b->vertices; v++) {
         uint32_t n = count[v];
@@ -1132,133 +1190,466 @@ static void psurf__sort_corners(psurf__builder *b, const uint32_t *from, uint32_
     }
 }
 
+static int psurf__same_edge(const psurf__builder *b, uint32_t c, uint32_t other)
+{
+    return psurf__edge_end(b, c, 0) == psurf__edge_end(b, other, 0) &&
+           psurf__edge_end(b, c, 1) == psurf__edge_end(b, other, 1);
+}
+
+/* Makes edges of the n half-edges at a place in order, all between the same two vertices. */
+static psurf_result psurf__pair(psurf__builder *b, const uint32_t *half_edges, uint32_t n)
+{
+    const uint32_t c = half_edges[0], other = n > 1 ? half_edges[1] : PSURF_NONE;
+    const int bad = n > 2 || (n == 2 && b->vertex[c] == b->vertex[other]);
+    uint32_t i;
+    if (n == 2 && !bad) {
+        b->twin[c] = other;
+        b->twin[other] = c;
+        b->edge[c] = b->edge[other] = b->edges++;
+        return PSURF_OK;
+    }
+    if (bad && !(b->desc->flags & PSURF_CUT_BAD_EDGES))
+        return psurf__fail_edge(b, n > 2 ? PSURF_NON_MANIFOLD : PSURF_BAD_WINDING,
+                                half_edges[n > 2 ? 2 : 1]);
+    for (i = 0; i < n; i++) {                           /* open: every face keeps an edge */
+        b->twin[half_edges[i]] = PSURF_NONE;
+        b->edge[half_edges[i]] = b->edges++;
+    }
+    b->boundary_edges += n;
+    b->edges_cut += (uint32_t)bad;
+    return PSURF_OK;
+}
+
 /* Pairs half-edges by sorting them by (lower, higher) vertex: linear, whatever the valences. Edges
    are numbered in that order, which does not depend on the order of the faces. */
 static psurf_result psurf__pair_half_edges(psurf__builder *b)
 {
-    const uint32_t *vertex = b->desc->face_vertices;
+    psurf_result result = PSURF_OK;
     uint32_t i, n;
-    psurf__sort_corners(b, NULL, b->spoke, 1);          /* spoke: not yet in use */
-    psurf__sort_corners(b, b->spoke, b->order, 0);
-    for (i = 0; i < b->corners; i += n) {
-        uint32_t c = b->order[i], other;
-        for (n = 1; i + n < b->corners; n++) {
-            other = b->order[i + n];
-            if (psurf__edge_end(b, c, 0) != psurf__edge_end(b, other, 0) ||
-                psurf__edge_end(b, c, 1) != psurf__edge_end(b, other, 1)) break;
-            if (n == 2) return psurf__fail_edge(b, PSURF_NON_MANIFOLD, other);
+    psurf__sort_corners(b, NULL, b->ring, 1);           /* ring: not yet in use */
+    psurf__sort_corners(b, b->ring, b->order, 0);
+    for (i = 0; i < b->corners && result == PSURF_OK; i += n) {
+        n = 1;
+        while (i + n < b->corners && psurf__same_edge(b, b->order[i], b->order[i + n])) n++;
+        result = psurf__pair(b, b->order + i, n);
+    }
+    return result;
+}
+
+/* The place in order of the first half-edge between two vertices, or PSURF_NONE. */
+static uint32_t psurf__find_edge(const psurf__builder *b, uint32_t v, uint32_t w)
+{
+    uint32_t lower = v < w ? v : w, higher = v < w ? w : v, low = 0, high = b->corners;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2, c = b->order[middle];
+        uint32_t x = psurf__edge_end(b, c, 0), y = psurf__edge_end(b, c, 1);
+        if (x < lower || (x == lower && y < higher)) low = middle + 1;
+        else high = middle;
+    }
+    if (low == b->corners || psurf__edge_end(b, b->order[low], 0) != lower ||
+        psurf__edge_end(b, b->order[low], 1) != higher) return PSURF_NONE;
+    return low;
+}
+
+static int psurf__tag_ok(const psurf_edge_tag *tag)
+{
+    if (tag->flags & ~(uint32_t)(PSURF_HARD | PSURF_BLEND)) return 0;
+    if (!(tag->flags & PSURF_BLEND)) return 1;
+    return tag->blend0 >= 0 && tag->blend0 <= 1 && tag->blend1 >= 0 && tag->blend1 <= 1;
+}
+
+/* What the caller says of edges and vertices. */
+static psurf_result psurf__apply_tags(psurf__builder *b)
+{
+    const psurf_mesh_desc *d = b->desc;
+    uint32_t i, v;
+    for (i = 0; i < b->edges; i++) {
+        b->edge_tag[i] = PSURF_NONE;
+        b->edge_hard[i] = 0;
+    }
+    for (v = 0; v < b->vertices; v++) b->vertex_flag[v] = 0;
+    for (i = 0; i < d->edge_count; i++) {
+        const psurf_edge_tag *tag = &d->edges[i];
+        uint32_t at = psurf__find_edge(b, tag->v0, tag->v1), first = at;
+        if (at == PSURF_NONE || b->edge_tag[b->edge[b->order[at]]] != PSURF_NONE ||
+            !psurf__tag_ok(tag))
+            return psurf__fail(b, PSURF_BAD_EDGE, PSURF_NONE, PSURF_NONE, tag->v0, tag->v1);
+        for (; at < b->corners && psurf__same_edge(b, b->order[first], b->order[at]); at++) {
+            const uint32_t c = b->order[at];            /* all parts of an edge that was cut */
+            b->edge_tag[b->edge[c]] = i;
+            b->edge_hard[b->edge[c]] = (tag->flags & PSURF_HARD) && b->twin[c] != PSURF_NONE;
         }
-        if (n == 1) return psurf__fail_edge(b, PSURF_UNSUPPORTED, c);
-        other = b->order[i + 1];
-        if (vertex[c] == vertex[other]) return psurf__fail_edge(b, PSURF_BAD_WINDING, other);
-        b->twin[c] = other;
-        b->twin[other] = c;
-        b->edge[c] = b->edge[other] = b->edges++;
+        b->hard_edges += b->edge_hard[b->edge[b->order[first]]];
+    }
+    for (i = 0; i < d->corner_count; i++) {
+        if (d->corners[i] >= b->vertices)
+            return psurf__fail(b, PSURF_BAD_CORNER, PSURF_NONE, PSURF_NONE, d->corners[i],
+                               PSURF_NONE);
+        b->vertex_flag[d->corners[i]] = 1;
     }
     return PSURF_OK;
 }
 
-/* Walks the fan that a corner is in, counter-clockwise, and makes it a ring. */
-static psurf_result psurf__walk_ring(psurf__builder *b, uint32_t start)
+/* ---- fans ---- */
+
+/* The next corner of a vertex clockwise, counter-clockwise; PSURF_NONE beyond a boundary. */
+static uint32_t psurf__clockwise(const psurf__builder *b, uint32_t c)
 {
-    uint32_t c = start, n = 0, spokes = b->ring_count ? b->rings[b->ring_count - 1].first_spoke +
-                                        b->rings[b->ring_count - 1].valence : 0;
-    psurf_ring *ring = &b->rings[b->ring_count];
+    return b->twin[c] == PSURF_NONE ? PSURF_NONE : b->next[b->twin[c]];
+}
+
+static uint32_t psurf__counter_clockwise(const psurf__builder *b, uint32_t c)
+{
+    return b->twin[b->prev[c]];
+}
+
+/* Whether the spoke at a corner separates two sides of a fan. Between pieces nothing does. */
+static int psurf__sharp(const psurf__builder *b, uint32_t c)
+{
+    return b->twin[c] == PSURF_NONE || (b->edge[c] < b->edges && b->edge_hard[b->edge[c]]);
+}
+
+/* All facets around a vertex that are connected through edges. */
+typedef struct psurf__fan {
+    uint32_t start;                     /* at a sharp spoke if there is one */
+    uint32_t facets, sharp;             /* sharp spokes, both boundary edges among them */
+    int open;
+} psurf__fan;
+
+static psurf__fan psurf__find_fan(const psurf__builder *b, uint32_t corner)
+{
+    psurf__fan fan;
+    uint32_t c = corner;
     do {
-        b->ring[c] = b->ring_count;
-        b->spoke[c] = spokes + n++;
-        c = b->twin[b->prev[c]];
-    } while (c != start);
-    ring->point = b->desc->face_vertices[start];
-    ring->first_spoke = spokes;
-    ring->valence = n;
-    ring->trig = 0;
-    b->ring_count++;
-    if (n > b->max_valence) b->max_valence = n;
-    if (n > PSURF_MAX_VALENCE)
-        return psurf__fail(b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, ring->point, PSURF_NONE);
-    if (n == 2)
-        return psurf__fail(b, PSURF_UNSUPPORTED, PSURF_NONE, PSURF_NONE, ring->point, PSURF_NONE);
+        fan.start = c;
+        c = psurf__clockwise(b, c);
+    } while (c != PSURF_NONE && c != corner);
+    fan.open = c == PSURF_NONE;
+    if (!fan.open) fan.start = corner;
+    fan.facets = 0;
+    fan.sharp = (uint32_t)fan.open;
+    c = fan.start;
+    do {
+        fan.facets++;
+        if (psurf__sharp(b, c)) {
+            if (!fan.open && fan.sharp == 0) fan.start = c;
+            fan.sharp++;
+        }
+        c = psurf__counter_clockwise(b, c);
+    } while (c != PSURF_NONE && c != (fan.open ? PSURF_NONE : corner));
+    return fan;
+}
+
+/* ---- faces that are split ([PM] has no rule for them: ours) ---- */
+
+/* Marks faces to be split in a fan round their centre: six corners or more; at an interior vertex
+   of two edges; alone on their side of a crease. Splitting only adds facets to vertices. */
+static void psurf__mark_splits(psurf__builder *b)
+{
+    uint32_t *face = b->order, f, c = 0, v, i;          /* the order has served its purpose */
+    for (f = 0; f < b->faces; f++) {
+        const uint32_t size = psurf__size_of_face(b->desc, f);
+        b->face_split[f] = size > 5;
+        for (i = 0; i < size; i++) face[c++] = f;
+    }
+    for (c = 0; c < b->corners; c++) b->ring[c] = 0;    /* ring: visited */
+    for (c = 0; c < b->corners; c++) {
+        psurf__fan fan;
+        if (b->ring[c]) continue;
+        fan = psurf__find_fan(b, c);
+        v = b->vertex[c];
+        b->valence2 += !fan.open && fan.facets == 2;
+        i = fan.start;
+        do {
+            const uint32_t next = psurf__counter_clockwise(b, i);
+            b->ring[i] = 1;
+            if (!fan.open && (fan.facets == 2 || (fan.sharp == 2 && !b->vertex_flag[v] &&
+                psurf__sharp(b, i) && psurf__sharp(b, next))))
+                b->face_split[face[i]] = 1;
+            i = next;
+        } while (i != PSURF_NONE && i != fan.start);
+    }
+}
+
+/* Where the facets of each face begin among the corners, and how many there are of everything. */
+static psurf_result psurf__count_facets(psurf__builder *b)
+{
+    uint64_t corners = 0;
+    uint32_t f;
+    for (f = 0; f < b->faces; f++) {
+        const uint32_t size = psurf__size_of_face(b->desc, f);
+        b->face_corner[f] = (uint32_t)corners;
+        b->splits += b->face_split[f];
+        b->facets += b->face_split[f] ? size : 1;
+        corners += b->face_split[f] ? 3 * size : size;
+        if (corners >= PSURF_MAX_CORNERS) return psurf__fail_nowhere(b, PSURF_TOO_LARGE);
+    }
+    b->corners = (uint32_t)corners;
     return PSURF_OK;
 }
 
-/* One ring per vertex in the order of vertices, then the further fans of non-manifold vertices. */
+/* The corner that an input corner of a face becomes: the first of its piece. */
+static uint32_t psurf__piece_corner(const psurf__builder *b, uint32_t face, uint32_t i)
+{
+    return b->face_corner[face] + (b->face_split[face] ? 3 * i : i);
+}
+
+/* Links the facets into new arrays of the builder, from the faces in the old ones. */
+static void psurf__split_faces(psurf__builder *b, const psurf__builder *old, uint32_t *vertex)
+{
+    uint32_t f, i, k, in = 0, centre = b->vertices;
+    uint32_t *renamed = old->ring;                      /* per input corner */
+    for (f = 0; f < b->faces; f++)
+        for (i = 0; i < psurf__size_of_face(b->desc, f); i++)
+            renamed[in++] = psurf__piece_corner(b, f, i);
+    for (f = 0, in = 0; f < b->faces; f++) {
+        const uint32_t size = psurf__size_of_face(b->desc, f), first = b->face_corner[f];
+        for (i = 0; i < size; i++, in++) {
+            const uint32_t c = renamed[in], twin = old->twin[in];
+            vertex[c] = old->vertex[in];
+            b->edge[c] = old->edge[in];
+            b->twin[c] = twin == PSURF_NONE ? PSURF_NONE : renamed[twin];
+            if (!b->face_split[f]) {
+                b->next[c] = renamed[old->next[in]];
+                b->prev[c] = renamed[old->prev[in]];
+                continue;
+            }
+            vertex[c + 1] = old->vertex[old->next[in]];
+            vertex[c + 2] = centre;
+            b->twin[c + 1] = first + (3 * i + 5) % (3 * size);
+            b->twin[c + 2] = first + (3 * i + 3 * size - 2) % (3 * size);
+            b->edge[c + 1] = b->edge[c + 2] = PSURF_INNER_EDGE;
+            for (k = 0; k < 3; k++) {
+                b->next[c + k] = c + (k + 1) % 3;
+                b->prev[c + k] = c + (k + 2) % 3;
+            }
+        }
+        if (b->face_split[f]) b->first_corner[centre++] = first + 2;
+    }
+    for (i = 0; i < b->vertices; i++)
+        b->first_corner[i] = old->first_corner[i] == PSURF_NONE ? PSURF_NONE
+                                                                : renamed[old->first_corner[i]];
+}
+
+static void psurf__carve_facets(psurf__builder *b, psurf__block *block, uint32_t **vertex)
+{
+    const uint64_t c = b->corners, v = (uint64_t)b->vertices + b->splits;
+    const uint64_t nominal = c + c / 2;                 /* corners of k facets count 4k; k <= c/3 */
+    b->count = PSURF__CARVE(block, uint32_t, (nominal > v ? nominal : v) + 2);
+    b->ring = PSURF__CARVE(block, uint32_t, c);
+    b->spoke = PSURF__CARVE(block, uint32_t, c);
+    b->rings = PSURF__CARVE(block, psurf_ring, c);
+    b->ring_corner = PSURF__CARVE(block, uint32_t, c);
+    b->ring_flag = PSURF__CARVE(block, unsigned char, c);
+    if (!b->splits) return;
+    b->first_corner = PSURF__CARVE(block, uint32_t, v);
+    b->next = PSURF__CARVE(block, uint32_t, c);
+    b->prev = PSURF__CARVE(block, uint32_t, c);
+    b->twin = PSURF__CARVE(block, uint32_t, c);
+    b->edge = PSURF__CARVE(block, uint32_t, c);
+    *vertex = PSURF__CARVE(block, uint32_t, c);
+}
+
+/* ---- rings ---- */
+
+static uint32_t psurf__ring_facets(const psurf_ring *ring)
+{
+    return (ring->valence & PSURF_RING_VALENCE) - ((ring->valence & PSURF_RING_OPEN) != 0);
+}
+
+/* The valence that formulas see: of the closed ring that an open one is a part of. A crease spans
+   half a turn, a corner a quarter. */
+static uint32_t psurf__nominal_valence(const psurf_ring *ring)
+{
+    const uint32_t n = psurf__ring_facets(ring);
+    if (!(ring->valence & PSURF_RING_OPEN)) return n;
+    return ring->valence & PSURF_RING_CORNER ? 4 * n : 2 * n;
+}
+
+/* Makes a ring of the corners from start on: all of a closed fan, or those before the next sharp
+   spoke. Returns the first corner beyond, PSURF_NONE at a boundary. */
+static uint32_t psurf__make_ring(psurf__builder *b, uint32_t start, uint32_t flags)
+{
+    psurf_ring *ring = &b->rings[b->ring_count];
+    uint32_t c = start, n = 0;
+    do {
+        b->ring[c] = b->ring_count;
+        b->spoke[c] = b->spoke_count + n++;
+        c = psurf__counter_clockwise(b, c);
+    } while (c != PSURF_NONE && c != start && !((flags & PSURF_RING_OPEN) && psurf__sharp(b, c)));
+    if (flags & PSURF_RING_OPEN) n++;
+    ring->point = b->vertex[start];
+    ring->first_spoke = b->spoke_count;
+    ring->valence = n | flags;
+    ring->trig = 0;
+    b->ring_corner[b->ring_count++] = start;
+    b->spoke_count += n;
+    return c;
+}
+
+/* Nominal angle of the corners from start to the next sharp spoke, in units of 6 degrees. */
+static uint64_t psurf__wedge_weight(const psurf__builder *b, uint32_t start)
+{
+    uint64_t weight = 0;
+    uint32_t c = start;
+    do {
+        const uint32_t opposite = b->next[b->next[c]];
+        weight += b->next[opposite] == c ? 10 : b->next[b->next[opposite]] == c ? 15 : 18;
+        c = psurf__counter_clockwise(b, c);
+    } while (c != PSURF_NONE && c != start && !psurf__sharp(b, c));
+    return weight;
+}
+
+/* The wedge that a T-junction leaves straight: at least half of the vertex and half a turn, and the
+   only such one. Returns its first corner, or PSURF_NONE. */
+static uint32_t psurf__wide_wedge(const psurf__builder *b, const psurf__fan *fan)
+{
+    uint64_t total = 0, widest = 0;
+    uint32_t c = fan->start, wide = PSURF_NONE, ties = 0;
+    do {
+        if (psurf__sharp(b, c)) {
+            const uint64_t weight = psurf__wedge_weight(b, c);
+            total += weight;
+            if (weight == widest) ties++;
+            if (weight > widest) {
+                widest = weight;
+                wide = c;
+                ties = 0;
+            }
+        }
+        c = psurf__counter_clockwise(b, c);
+    } while (c != PSURF_NONE && c != fan->start);
+    if (widest < 30 || 2 * widest < total || (ties && 2 * widest == total)) return PSURF_NONE;
+    return wide;
+}
+
+/* The rings of one fan: a closed one, or one per wedge between sharp spokes. */
+static psurf_result psurf__walk_fan(psurf__builder *b, uint32_t corner)
+{
+    const psurf__fan fan = psurf__find_fan(b, corner);
+    const uint32_t v = b->vertex[corner];
+    const int flagged = v < b->vertices && b->vertex_flag[v];
+    const int is_corner = fan.sharp > 2 || flagged || fan.facets == 1;
+    uint32_t c = fan.start, edges = fan.facets + (uint32_t)fan.open, wide = PSURF_NONE;
+    if (edges > PSURF_MAX_VALENCE)
+        return psurf__fail(b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, v, PSURF_NONE);
+    if (v < b->vertices && edges > b->max_valence) b->max_valence = edges;
+    if (fan.sharp < 2) {
+        psurf__make_ring(b, c, 0);
+        return PSURF_OK;
+    }
+    if (fan.sharp > 2 && !flagged) wide = psurf__wide_wedge(b, &fan);
+    do {
+        uint32_t flags = PSURF_RING_OPEN;
+        if (is_corner) flags |= c == wide ? PSURF_RING_WIDE : PSURF_RING_CORNER;
+        c = psurf__make_ring(b, c, flags);
+    } while (c != PSURF_NONE && c != fan.start);
+    return PSURF_OK;
+}
+
+/* Rings in the order of vertices, then those of the further fans of non-manifold vertices, last
+   those of the centres. */
 static psurf_result psurf__walk_rings(psurf__builder *b)
 {
     psurf_result result = PSURF_OK;
     uint32_t v, c;
     for (c = 0; c < b->corners; c++) b->ring[c] = PSURF_NONE;
     for (v = 0; v < b->vertices && result == PSURF_OK; v++)
-        if (b->first_corner[v] != PSURF_NONE) result = psurf__walk_ring(b, b->first_corner[v]);
+        if (b->first_corner[v] != PSURF_NONE) result = psurf__walk_fan(b, b->first_corner[v]);
     b->vertex_rings = b->ring_count;
     for (c = 0; c < b->corners && result == PSURF_OK; c++)
-        if (b->ring[c] == PSURF_NONE) result = psurf__walk_ring(b, c);
+        if (b->ring[c] == PSURF_NONE && b->vertex[c] < b->vertices) result = psurf__walk_fan(b, c);
+    for (; v < b->vertices + b->splits && result == PSURF_OK; v++)
+        result = psurf__walk_fan(b, b->first_corner[v]);
     return result;
 }
 
-/* Rows of trigonometry: one run per valence that occurs, in the order of valences. */
+/* Rows of trigonometry: one run per nominal valence that occurs, in increasing order. */
 static void psurf__assign_trig(psurf__builder *b)
 {
-    uint32_t n, r;
-    for (n = 0; n <= b->max_valence; n++) b->count[n] = 0;
-    for (r = 0; r < b->ring_count; r++) b->count[b->rings[r].valence] = 1;
-    for (n = 0; n <= b->max_valence; n++)
+    uint32_t n, r, most = 0;
+    for (r = 0; r < b->ring_count; r++) {
+        n = psurf__nominal_valence(&b->rings[r]);
+        if (n > most) most = n;
+    }
+    for (n = 0; n <= most; n++) b->count[n] = 0;
+    for (r = 0; r < b->ring_count; r++) b->count[psurf__nominal_valence(&b->rings[r])] = 1;
+    for (n = 0; n <= most; n++)
         if (b->count[n]) {
             b->count[n] = b->trig_count;
             b->trig_count += n + 1;
         }
-    for (r = 0; r < b->ring_count; r++) b->rings[r].trig = b->count[b->rings[r].valence];
+    for (r = 0; r < b->ring_count; r++)
+        b->rings[r].trig = b->count[psurf__nominal_valence(&b->rings[r])];
 }
 
-/* Polar vertices: all facets triangles, all neighbours of valence 4; neither of two neighbours
-   that both qualify (they are 4-valent themselves, and make good P3 corners). */
+/* Polar vertices: no sharp spoke, all facets triangles, all neighbours of nominal valence 4;
+   neither of two neighbours that both qualify (they are 4-valent themselves, and make good P3
+   corners). The pieces of a split face must be of one kind, so of their corners only the centre
+   can be a pole. */
 static void psurf__find_poles(psurf__builder *b)
 {
     enum { NOT_CANDIDATE = 1, BESIDE_CANDIDATE = 2 };
     uint32_t c, r;
-    for (r = 0; r < b->ring_count; r++) b->ring_flags[r] = 0;
-    for (c = 0; c < b->corners; c++)
-        if (b->next[b->next[b->next[c]]] != c || b->rings[b->ring[b->next[c]]].valence != 4)
-            b->ring_flags[b->ring[c]] = NOT_CANDIDATE;
-    for (c = 0; c < b->corners; c++)
-        if (!(b->ring_flags[b->ring[b->next[c]]] & NOT_CANDIDATE))
-            b->ring_flags[b->ring[c]] |= BESIDE_CANDIDATE;
     for (r = 0; r < b->ring_count; r++)
-        if (!b->ring_flags[r]) b->rings[r].valence |= PSURF_POLAR_RING;
+        b->ring_flag[r] = b->rings[r].valence & PSURF_RING_OPEN ? NOT_CANDIDATE : 0;
+    for (c = 0; c < b->corners; c++) {
+        const uint32_t end = b->next[c], third = b->next[end];
+        const int in_piece = b->edge[c] == PSURF_INNER_EDGE || b->edge[third] == PSURF_INNER_EDGE;
+        if (b->next[third] != c || psurf__nominal_valence(&b->rings[b->ring[end]]) != 4 ||
+            psurf__sharp(b, c) || (in_piece && b->vertex[c] < b->vertices))
+            b->ring_flag[b->ring[c]] |= NOT_CANDIDATE;
+    }
+    for (c = 0; c < b->corners; c++)
+        if (!(b->ring_flag[b->ring[b->next[c]]] & NOT_CANDIDATE))
+            b->ring_flag[b->ring[c]] |= BESIDE_CANDIDATE;
+    for (r = 0; r < b->ring_count; r++)
+        if (!b->ring_flag[r]) b->rings[r].valence |= PSURF_RING_POLAR;
 }
 
-/* The kind of a face, and in *pole the corner that is the pole. */
+/* ---- facets and tables ---- */
+
+/* The kind of the facet of size corners from first on, and in *pole the corner that is the pole. */
 static psurf_kind psurf__classify(const psurf__builder *b, uint32_t first, uint32_t size,
                                   uint32_t *pole)
 {
     uint32_t i, regular = 0;
     for (i = 0; i < size; i++) {
-        uint32_t valence = b->rings[b->ring[first + i]].valence;
-        if (valence & PSURF_POLAR_RING) {
+        const psurf_ring *ring = &b->rings[b->ring[first + i]];
+        if (ring->valence & PSURF_RING_POLAR) {
             *pole = i;
             return PSURF_POLAR;
         }
-        regular += valence == 4;
+        regular += psurf__nominal_valence(ring) == 4;
     }
     if (size == 4 && regular == 4) return PSURF_BICUBIC;
     return (psurf_kind)(PSURF_P3 + (size - 3));
 }
 
+static uint32_t psurf__facet_size(const psurf__builder *b, uint32_t face)
+{
+    return b->face_split[face] ? 3 : psurf__size_of_face(b->desc, face);
+}
+
+static uint32_t psurf__face_pieces(const psurf__builder *b, uint32_t face)
+{
+    return b->face_split[face] ? psurf__size_of_face(b->desc, face) : 1;
+}
+
 static void psurf__sort_facets(psurf__builder *b, psurf_topology *t)
 {
-    uint32_t f, k, c = 0, pole = 0;
+    uint32_t count[PSURF_KIND_COUNT] = {0}, f, k, pole = 0;
     for (f = 0; f < b->faces; f++) {
-        uint32_t size = psurf__size_of_face(b->desc, f);
-        psurf_kind kind = psurf__classify(b, c, size, &pole);
+        psurf_kind kind = psurf__classify(b, b->face_corner[f], psurf__facet_size(b, f), &pole);
         b->face_kind[f] = (unsigned char)kind;
-        t->info.kind_faces[kind]++;
-        c += size;
+        count[kind] += psurf__face_pieces(b, f);
+        if (b->face_split[f]) t->info.ngon_faces++;
+        else t->info.kind_faces[kind]++;
     }
     for (k = 0; k < PSURF_KIND_COUNT; k++) {
-        uint32_t n = t->info.kind_faces[k];
-        t->kind_first[k + 1] = t->kind_first[k] + n;
+        t->kind_first[k + 1] = t->kind_first[k] + count[k];
         t->kind_first_corner[k + 1] =
-            t->kind_first_corner[k] + n * psurf__kind_sides((psurf_kind)k);
+            t->kind_first_corner[k] + count[k] * psurf__kind_sides((psurf_kind)k);
     }
 }
 
@@ -1271,16 +1662,16 @@ static uint32_t psurf__find_root(uint32_t *parent, uint32_t v)
 
 static uint32_t psurf__count_components(psurf__builder *b)
 {
-    const uint32_t *vertex = b->desc->face_vertices;
+    const uint32_t vertices = b->vertices + b->splits;
     uint32_t *parent = b->count, v, c, n = 0;
-    for (v = 0; v < b->vertices; v++) parent[v] = v;
+    for (v = 0; v < vertices; v++) parent[v] = v;
     for (c = 0; c < b->corners; c++) {
-        uint32_t r = psurf__find_root(parent, vertex[c]);
-        uint32_t s = psurf__find_root(parent, vertex[b->next[c]]);
+        uint32_t r = psurf__find_root(parent, b->vertex[c]);
+        uint32_t s = psurf__find_root(parent, b->vertex[b->next[c]]);
         if (r < s) parent[s] = r;
         else parent[r] = s;
     }
-    for (v = 0; v < b->vertices; v++) n += parent[v] == v && b->first_corner[v] != PSURF_NONE;
+    for (v = 0; v < vertices; v++) n += parent[v] == v && b->first_corner[v] != PSURF_NONE;
     return n;
 }
 
@@ -1296,18 +1687,19 @@ static int psurf__has_blends(const psurf_mesh_desc *desc)
 /* The object, and the tables behind it in one block for upload. */
 static void psurf__carve_topology(const psurf__builder *b, psurf_topology *t, psurf__block *block)
 {
-    const uint64_t corners = b->corners;
     if (!b->uniform_size) t->starts = PSURF__CARVE(block, psurf__start, (uint64_t)b->faces + 1);
     psurf__carve(block, 0, 1, 256);
     t->table_bytes = block->used;
     t->rings = PSURF__CARVE_TABLE(block, psurf_ring, b->ring_count);
-    t->spokes = PSURF__CARVE_TABLE(block, psurf_spoke, corners);
-    t->corners = PSURF__CARVE_TABLE(block, psurf_corner, corners);
-    t->facets = PSURF__CARVE_TABLE(block, psurf_facet, b->faces);
-    t->edges = PSURF__CARVE_TABLE(block, psurf_edge, b->edges);
+    t->spokes = PSURF__CARVE_TABLE(block, psurf_spoke, b->spoke_count);
+    t->corners = PSURF__CARVE_TABLE(block, psurf_corner, b->corners);
+    t->facets = PSURF__CARVE_TABLE(block, psurf_facet, b->facets);
+    t->edges = PSURF__CARVE_TABLE(block, psurf_edge, (uint64_t)b->edges + b->hard_edges);
     t->trig = PSURF__CARVE_TABLE(block, psurf_trig, b->trig_count);
     t->face_facet = PSURF__CARVE_TABLE(block, uint32_t, b->faces);
-    if (psurf__has_blends(b->desc)) t->blends = PSURF__CARVE_TABLE(block, psurf_real, corners);
+    t->centres = PSURF__CARVE_TABLE(block, uint32_t, b->splits);
+    if (psurf__has_blends(b->desc))
+        t->blends = PSURF__CARVE_TABLE(block, psurf_real, b->spoke_count);
     t->table_bytes = block->used - t->table_bytes;
 }
 
@@ -1315,7 +1707,7 @@ static void psurf__fill_trig(const psurf__builder *b, psurf_topology *t)
 {
     uint32_t r, j;
     for (r = 0; r < b->ring_count; r++) {
-        uint32_t n = psurf__valence(&b->rings[r]);
+        const uint32_t n = psurf__nominal_valence(&b->rings[r]);
         psurf_trig *rows = t->trig + b->rings[r].trig;
         double c, s, lambda;
         if (rows[0].c > 0) continue;                /* this valence is done: the block was zeroed */
@@ -1347,88 +1739,123 @@ static void psurf__fill_starts(const psurf__builder *b, psurf_topology *t)
     t->starts[b->faces] = s;
 }
 
-/* One corner of the facet tables from input corner c; at: its place in the table. */
-static void psurf__fill_corner(const psurf__builder *b, psurf_topology *t, uint32_t c, uint32_t at)
+/* The side of its edge that a corner lies on: hard edges have a second one, numbered after all
+   edges in the order of faces. */
+static void psurf__fill_edge(psurf__builder *b, psurf_topology *t, uint32_t c, uint32_t at)
 {
-    const uint32_t *vertex = b->desc->face_vertices;
-    psurf_spoke *spoke = &t->spokes[b->spoke[c]];
-    psurf_corner *corner = &t->corners[at];
-    psurf_edge *edge = &t->edges[b->edge[c]];
-    corner->ring = b->ring[c];
-    corner->spoke = b->spoke[c];
-    corner->edge = b->edge[c];
-    if (b->count[b->ring[c]]++ == 0) corner->ring |= PSURF_WRITER;      /* faces come in order: */
-    if (c < b->twin[c]) {                                               /* the lowest writes */
-        corner->edge |= PSURF_WRITER;
-        edge->corner = at;
-    } else {
-        edge->other = at;
+    const uint32_t e = b->edge[c], twin = b->twin[c];
+    uint32_t side = e;
+    if (e == PSURF_INNER_EDGE) {
+        t->corners[at].edge = e;
+        return;
     }
-    spoke->end = vertex[b->next[c]];
-    spoke->after = vertex[b->next[b->next[c]]];
-    spoke->before = vertex[b->prev[b->prev[c]]];
+    if (twin != PSURF_NONE && twin < c) {
+        t->edges[e].other = at;
+        if (!b->edge_hard[e]) {
+            t->corners[at].edge = e;
+            return;
+        }
+        side = b->edges + t->info.hard_edges++;
+        t->edges[side].other = t->edges[e].corner;
+    } else {
+        t->edges[side].other = PSURF_NONE;
+    }
+    t->edges[side].corner = at;
+    t->corners[at].edge = side | PSURF_WRITER;
+}
+
+/* One corner of the facet tables from corner c of the builder; at: its place in the table. */
+static void psurf__fill_corner(psurf__builder *b, psurf_topology *t, uint32_t c, uint32_t at)
+{
+    psurf_spoke *spoke = &t->spokes[b->spoke[c]];
+    t->corners[at].ring = b->ring[c];
+    t->corners[at].spoke = b->spoke[c];
+    psurf__fill_edge(b, t, c, at);
+    spoke->end = b->vertex[b->next[c]];
+    spoke->after = b->vertex[b->next[b->next[c]]];
+    spoke->before = b->vertex[b->prev[b->prev[c]]];
+}
+
+/* Faces come in order, so the first face at a ring is the lowest: it writes the welded vertex. */
+static void psurf__fill_writer(psurf__builder *b, psurf_topology *t, uint32_t c, uint32_t at)
+{
+    if (b->count[b->ring[c]]++ == 0) t->corners[at].ring |= PSURF_WRITER;
 }
 
 static void psurf__fill_facets(psurf__builder *b, psurf_topology *t)
 {
-    uint32_t next[PSURF_KIND_COUNT], f, i, r, c = 0, pole = 0;
+    uint32_t next[PSURF_KIND_COUNT], f, i, p, r, pole = 0, centre = 0;
     for (i = 0; i < PSURF_KIND_COUNT; i++) next[i] = t->kind_first[i];
     for (r = 0; r < b->ring_count; r++) b->count[r] = 0;
     for (f = 0; f < b->faces; f++) {
-        psurf_kind kind = (psurf_kind)b->face_kind[f];
-        uint32_t size = psurf__kind_sides(kind), facet = next[kind]++;
-        uint32_t at = psurf__facet_corner(t, kind, facet);
-        t->face_facet[f] = facet;
-        t->facets[facet].face = f;
-        t->facets[facet].piece = 0;
-        if (kind == PSURF_POLAR) {
-            psurf__classify(b, c, size, &pole);
-            t->facets[facet].piece = (pole + 1) % 3 << 16;
+        const psurf_kind kind = (psurf_kind)b->face_kind[f];
+        const uint32_t size = psurf__kind_sides(kind), pieces = psurf__face_pieces(b, f);
+        const uint32_t split = b->face_split[f];
+        t->face_facet[f] = next[kind];
+        if (split) t->centres[centre++] = f;
+        for (p = 0; p < pieces; p++) {
+            const uint32_t facet = next[kind]++, c = b->face_corner[f] + p * size;
+            const uint32_t at = psurf__facet_corner(t, kind, facet);
+            t->facets[facet].face = f;
+            t->facets[facet].piece = p | (split ? PSURF_SPLIT_FACE : 0);
+            if (psurf__classify(b, c, size, &pole) == PSURF_POLAR)
+                t->facets[facet].piece |= (pole + 1) % 3 << 16;
+            for (i = 0; i < size; i++) psurf__fill_corner(b, t, c + i, at + i);
+            for (i = 0; i < (split ? 1 : size); i++) psurf__fill_writer(b, t, c + i, at + i);
         }
-        for (i = 0; i < size; i++, c++) psurf__fill_corner(b, t, c, at + i);
     }
 }
 
-/* The place in order of the first half-edge between two vertices, or PSURF_NONE. */
-static uint32_t psurf__find_edge(const psurf__builder *b, uint32_t v, uint32_t w)
+/* The ring of a corner if it is wide, else NULL; the corner may be PSURF_NONE. */
+static const psurf_ring *psurf__wide_ring(const psurf__builder *b, uint32_t c)
 {
-    uint32_t lower = v < w ? v : w, higher = v < w ? w : v, low = 0, high = b->corners;
-    while (low < high) {
-        uint32_t middle = low + (high - low) / 2, c = b->order[middle];
-        uint32_t x = psurf__edge_end(b, c, 0), y = psurf__edge_end(b, c, 1);
-        if (x < lower || (x == lower && y < higher)) low = middle + 1;
-        else high = middle;
-    }
-    if (low == b->corners || psurf__edge_end(b, b->order[low], 0) != lower ||
-        psurf__edge_end(b, b->order[low], 1) != higher) return PSURF_NONE;
-    return low;
+    if (c == PSURF_NONE || !(b->rings[b->ring[c]].valence & PSURF_RING_WIDE)) return NULL;
+    return &b->rings[b->ring[c]];
 }
 
-/* Blend ratios, one per spoke: the default, then what the tags say of each end. */
-static psurf_result psurf__fill_blends(psurf__builder *b, psurf_topology *t)
+/* The last spoke of an open ring starts no facet of it; its other fields name the far spokes of a
+   wide neighbour, whose tangents the shared spokes have. */
+static void psurf__fill_last_spokes(psurf__builder *b, psurf_topology *t)
+{
+    uint32_t r, i;
+    for (r = 0; r < b->ring_count; r++) {
+        const psurf_ring *ring = &b->rings[r], *before, *after;
+        const uint32_t n = psurf__ring_facets(ring);
+        uint32_t c = b->ring_corner[r];
+        psurf_spoke *last;
+        if (!(ring->valence & PSURF_RING_OPEN)) continue;
+        before = psurf__wide_ring(b, psurf__clockwise(b, c));
+        for (i = 1; i < n; i++) c = psurf__counter_clockwise(b, c);
+        after = psurf__wide_ring(b, psurf__counter_clockwise(b, c));
+        last = &t->spokes[ring->first_spoke + n];
+        last->end = b->vertex[b->prev[c]];
+        last->after = after ? after->first_spoke + psurf__ring_facets(after) : PSURF_NONE;
+        last->before = before ? before->first_spoke : PSURF_NONE;
+    }
+}
+
+/* The blend ratio at vertex v of the edge with number e. */
+static psurf_real psurf__blend_of(const psurf__builder *b, uint32_t e, uint32_t v)
 {
     const psurf_mesh_desc *d = b->desc;
-    psurf_real standard = PSURF__R(2.0 / 3.0);
-    uint32_t i;
-    if (d->flags & PSURF_DEFAULT_BLEND) standard = d->default_blend;
-    for (i = 0; t->blends && i < b->corners; i++) t->blends[i] = standard;
-    for (i = 0; i < b->edges; i++) b->count[i] = 0;
-    for (i = 0; i < d->edge_count; i++) {
-        const psurf_edge_tag *tag = &d->edges[i];
-        uint32_t at = psurf__find_edge(b, tag->v0, tag->v1), c;
-        int blend = (tag->flags & PSURF_BLEND) != 0;
-        if (at == PSURF_NONE || b->count[b->edge[b->order[at]]]++ ||
-            (tag->flags & ~(uint32_t)PSURF_BLEND) ||
-            (blend &&
-             !(tag->blend0 >= 0 && tag->blend0 <= 1 && tag->blend1 >= 0 && tag->blend1 <= 1)))
-            return psurf__fail(b, PSURF_BAD_EDGE, PSURF_NONE, PSURF_NONE, tag->v0, tag->v1);
-        if (!blend) continue;
-        c = b->order[at];
-        if (d->face_vertices[c] != tag->v0) c = b->twin[c];
-        t->blends[b->spoke[c]] = tag->blend0;
-        t->blends[b->spoke[b->twin[c]]] = tag->blend1;
+    const psurf_edge_tag *tag = NULL;
+    if (e != PSURF_INNER_EDGE && b->edge_tag[e] != PSURF_NONE) tag = &d->edges[b->edge_tag[e]];
+    if (tag && (tag->flags & PSURF_BLEND)) return tag->v0 == v ? tag->blend0 : tag->blend1;
+    return d->flags & PSURF_DEFAULT_BLEND ? d->default_blend : PSURF__R(2.0 / 3.0);
+}
+
+static void psurf__fill_blends(const psurf__builder *b, psurf_topology *t)
+{
+    uint32_t c;
+    if (!t->blends) return;
+    for (c = 0; c < b->corners; c++) {
+        const psurf_ring *ring = &b->rings[b->ring[c]];
+        const uint32_t spoke = b->spoke[c], v = b->vertex[c];
+        t->blends[spoke] = psurf__blend_of(b, b->edge[c], v);
+        if ((ring->valence & PSURF_RING_OPEN) &&
+            spoke - ring->first_spoke + 1 == psurf__ring_facets(ring))
+            t->blends[spoke + 1] = psurf__blend_of(b, b->edge[b->prev[c]], v);
     }
-    return PSURF_OK;
 }
 
 static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes, size_t scratch)
@@ -1437,11 +1864,16 @@ static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes,
     info->vertices = b->vertices;
     info->faces = b->faces;
     info->edges = b->edges;
+    info->boundary_edges = b->boundary_edges;
+    info->edges_cut = b->edges_cut;
     info->components = psurf__count_components(b);
     info->max_valence = b->max_valence;
+    info->valence2 = b->valence2;
     info->rings = b->ring_count;
-    info->spokes = b->corners;
-    info->facets = b->faces;
+    info->spokes = b->spoke_count;
+    info->facets = b->facets;
+    info->centres = b->splits;
+    info->edge_sides = b->edges + b->hard_edges;
     info->bytes = bytes;
     info->peak_bytes = bytes + scratch;
     t->corner_count = b->corners;
@@ -1449,20 +1881,21 @@ static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes,
     t->vertex_rings = b->vertex_rings;
 }
 
-/* Everything that needs only the scratch: after it, all sizes are known. */
+/* ---- the steps ---- */
+
+/* From faces to connected faces. */
 static psurf_result psurf__connect(psurf__builder *b)
 {
     psurf_result result = psurf__check_positions(b);
     if (result == PSURF_OK) result = psurf__link_faces(b);
     if (result == PSURF_OK) result = psurf__pair_half_edges(b);
-    if (result == PSURF_OK) result = psurf__walk_rings(b);
+    if (result == PSURF_OK) result = psurf__apply_tags(b);
     if (result != PSURF_OK) return result;
-    psurf__assign_trig(b);
-    psurf__find_poles(b);
-    return PSURF_OK;
+    psurf__mark_splits(b);
+    return psurf__count_facets(b);
 }
 
-/* Allocates the topology and fills it from a connected builder, which holds scratch bytes. */
+/* Allocates the topology and fills it from a builder with rings; scratch: bytes held meanwhile. */
 static psurf_result psurf__make_topology(psurf__builder *b, const psurf_allocator *allocator,
                                          size_t scratch, psurf_topology **out)
 {
@@ -1484,26 +1917,54 @@ static psurf_result psurf__make_topology(psurf__builder *b, const psurf_allocato
     psurf__fill_starts(b, t);
     psurf__fill_trig(b, t);
     psurf__fill_facets(b, t);
+    psurf__fill_last_spokes(b, t);
+    psurf__fill_blends(b, t);
     psurf__fill_info(b, t, bytes, scratch);
-    result = psurf__fill_blends(b, t);
-    if (result == PSURF_OK) *out = t;
-    else allocator->release(allocator->ctx, t, bytes);
+    *out = t;
+    return PSURF_OK;
+}
+
+/* From connected faces to the topology, in a scratch block of its own. held: bytes of the other. */
+static psurf_result psurf__build_facets(psurf__builder *b, const psurf_allocator *allocator,
+                                        size_t held, psurf_topology **topology)
+{
+    const psurf__builder faces = *b;
+    psurf__block block = {NULL, 0};
+    psurf_result result;
+    uint32_t *vertex = NULL;
+    size_t bytes;
+    psurf__carve_facets(b, &block, &vertex);
+    result = psurf__allocate(allocator, &block, &bytes);
+    if (result != PSURF_OK) return psurf__fail_nowhere(b, result);
+    psurf__carve_facets(b, &block, &vertex);
+    if (b->splits) {
+        psurf__split_faces(b, &faces, vertex);
+        b->vertex = vertex;
+    }
+    result = psurf__walk_rings(b);
+    if (result == PSURF_OK) {
+        psurf__assign_trig(b);
+        psurf__find_poles(b);
+        result = psurf__make_topology(b, allocator, held + bytes, topology);
+    }
+    allocator->release(allocator->ctx, block.base, bytes);
     return result;
 }
 
-/* Runs a checked builder in a scratch block of its own. */
+/* Runs a checked builder. */
 static psurf_result psurf__build(psurf__builder *b, const psurf_allocator *allocator,
                                  psurf_topology **topology)
 {
     psurf__block block = {NULL, 0};
     psurf_result result;
     size_t bytes;
-    psurf__carve_builder(b, &block);
+    psurf__carve_faces(b, &block);
     result = psurf__allocate(allocator, &block, &bytes);
     if (result != PSURF_OK) return psurf__fail_nowhere(b, result);
-    psurf__carve_builder(b, &block);
+    psurf__carve_faces(b, &block);
+    b->vertex = b->desc->face_vertices;
     result = psurf__connect(b);
-    if (result == PSURF_OK) result = psurf__make_topology(b, allocator, bytes, topology);
+    if (result == PSURF_OK) result = psurf__build_facets(b, allocator, bytes, topology);
     allocator->release(allocator->ctx, block.base, bytes);
     return result;
 }
@@ -1558,10 +2019,11 @@ PSURF_API void psurf_topology_tables(const psurf_topology *topology, psurf_table
     tables->spokes = psurf__table(t->spokes, t->info.spokes, sizeof(psurf_spoke));
     tables->corners = psurf__table(t->corners, t->corner_count, sizeof(psurf_corner));
     tables->facets = psurf__table(t->facets, t->info.facets, sizeof(psurf_facet));
-    tables->edges = psurf__table(t->edges, t->info.edges, sizeof(psurf_edge));
+    tables->edges = psurf__table(t->edges, t->info.edge_sides, sizeof(psurf_edge));
     tables->trig = psurf__table(t->trig, t->trig_count, sizeof(psurf_trig));
     tables->blends = psurf__table(t->blends, t->info.spokes, sizeof(psurf_real));
     tables->face_facet = psurf__table(t->face_facet, t->info.faces, sizeof(uint32_t));
+    tables->centres = psurf__table(t->centres, t->info.centres, sizeof(uint32_t));
     for (k = 0; k <= PSURF_KIND_COUNT; k++) {
         tables->kind_first[k] = t->kind_first[k];
         tables->kind_first_corner[k] = t->kind_first_corner[k];
@@ -1587,7 +2049,7 @@ PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0,
         if (t->rings[middle].point < v0) low = middle + 1;
         else high = middle;
     }
-    if (low < t->vertex_rings && t->rings[low].point == v0)
+    for (; low < t->vertex_rings && t->rings[low].point == v0 && spoke == PSURF_NONE; low++)
         spoke = psurf__spoke_in_ring(t, low, v1);
     for (r = t->vertex_rings; r < t->info.rings && spoke == PSURF_NONE; r++)
         if (t->rings[r].point == v0) spoke = psurf__spoke_in_ring(t, r, v1);
@@ -1598,14 +2060,24 @@ PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0,
    Per ring, into the scratch: v, and per spoke t_j and f_j. Whatever two facets share comes from
    here: computed once, read by both. */
 
+static psurf_real *psurf__scratch(const psurf_patches *p, size_t offset, size_t index)
+{
+    return (psurf_real *)(void *)((char *)p->scratch + offset) + index;
+}
+
+static psurf_real *psurf__centre(const psurf_patches *p, uint32_t centre)
+{
+    return psurf__scratch(p, p->layout.centre_offset, 3 * (size_t)centre);
+}
+
 static psurf_real *psurf__limit(const psurf_patches *p, uint32_t ring)
 {
-    return (psurf_real *)(void *)((char *)p->scratch + p->layout.limit_offset) + 3 * (size_t)ring;
+    return psurf__scratch(p, p->layout.limit_offset, 3 * (size_t)ring);
 }
 
 static psurf_real *psurf__tangent(const psurf_patches *p, uint32_t spoke)
 {
-    return (psurf_real *)(void *)((char *)p->scratch + p->layout.spoke_offset) + 6 * (size_t)spoke;
+    return psurf__scratch(p, p->layout.spoke_offset, 6 * (size_t)spoke);
 }
 
 static psurf_real *psurf__face_point(const psurf_patches *p, uint32_t spoke)
@@ -1617,21 +2089,56 @@ static psurf_real *psurf__face_point(const psurf_patches *p, uint32_t spoke)
 typedef struct psurf__control {
     const psurf_real *positions;
     size_t stride;                                      /* in reals */
-    const psurf_real *blends;                                /* per spoke, or NULL */
+    const psurf_real *centres;                          /* of split faces: ids from vertices on */
+    uint32_t vertices;
+    const psurf_real *blends;                           /* per spoke, or NULL */
 } psurf__control;
 
-static psurf__control psurf__control_of(const psurf_topology *t, const psurf_construct_desc *desc)
+static psurf__control psurf__control_of(const psurf_patches *p, const psurf_construct_desc *desc)
 {
     psurf__control control;
     control.positions = desc->positions;
     control.stride = desc->position_stride ? desc->position_stride / sizeof(psurf_real) : 3;
-    control.blends = desc->blends ? desc->blends : t->blends;
+    control.centres = p->scratch ? psurf__centre(p, 0) : NULL;
+    control.vertices = p->topology->info.vertices;
+    control.blends = desc->blends ? desc->blends : p->topology->blends;
     return control;
 }
 
-static psurf__v3 psurf__position(const psurf__control *control, uint32_t vertex)
+static psurf__v3 psurf__position(const psurf__control *control, uint32_t point)
 {
-    return psurf__get(control->positions + vertex * control->stride);
+    if (point >= control->vertices)
+        return psurf__get(control->centres + 3 * (size_t)(point - control->vertices));
+    return psurf__get(control->positions + point * control->stride);
+}
+
+static psurf_real psurf__blend(const psurf__control *control, uint32_t spoke)
+{
+    return control->blends ? control->blends[spoke] : PSURF__R(2.0 / 3.0);
+}
+
+/* The mean of the corners of a split face: corner 0 of each of its pieces. */
+static psurf__v3 psurf__face_centre(const psurf_topology *t, const psurf__control *control,
+                                    uint32_t face)
+{
+    const uint32_t facet = t->face_facet[face], size = psurf__face_size(t, face);
+    const psurf_corner *corners =
+        t->corners + psurf__facet_corner(t, psurf__facet_kind(t, facet), facet);
+    const psurf__v3 first = psurf__position(control, t->rings[corners->ring & ~PSURF_WRITER].point);
+    psurf__v3 sum = psurf__zero();
+    uint32_t i;
+    for (i = 1; i < size; i++) {
+        const psurf_ring *ring = &t->rings[corners[3 * i].ring & ~PSURF_WRITER];
+        sum = psurf__add(sum, psurf__sub(psurf__position(control, ring->point), first));
+    }
+    return psurf__mad(first, 1 / PSURF__R(size), sum);
+}
+
+static void psurf__centre_pass(const psurf_patches *p, const psurf__control *control,
+                               uint32_t index)
+{
+    psurf__put(psurf__centre(p, index),
+               psurf__face_centre(p->topology, control, p->topology->centres[index]));
 }
 
 /* f_j - p from the edges of the facet, relative to p: eq. 13, or eq. 14 with the blend ratios a of
@@ -1653,30 +2160,33 @@ static psurf__v3 psurf__face_offset_blended(psurf__v3 end, psurf__v3 next_end, p
     return psurf__add(along, across);
 }
 
-/* One ring: face points, limit point, tangents T1 and T2, tangent points. Sums run over offsets
-   from p, so that they keep their digits far from the origin. */
-static void psurf__vertex_pass(const psurf_patches *patches, const psurf__control *control,
-                               uint32_t index)
+/* f_j - p of the facet after spoke j of a ring. */
+static psurf__v3 psurf__ring_face_point(const psurf_topology *t, const psurf__control *control,
+                                        const psurf_ring *ring, psurf__v3 p, uint32_t j)
 {
-    const psurf_topology *t = patches->topology;
-    const psurf_ring *ring = &t->rings[index];
-    const psurf_trig *rows = t->trig + ring->trig;
-    const psurf_spoke *spokes = t->spokes + ring->first_spoke;
+    const uint32_t spoke = ring->first_spoke + j, next = psurf__next_spoke(ring, spoke);
+    psurf__v3 end = psurf__sub(psurf__position(control, t->spokes[spoke].end), p);
+    psurf__v3 next_end = psurf__sub(psurf__position(control, t->spokes[next].end), p);
+    psurf__v3 after = psurf__sub(psurf__position(control, t->spokes[spoke].after), p);
+    psurf__v3 before = psurf__sub(psurf__position(control, t->spokes[spoke].before), p);
+    if (!control->blends) return psurf__face_offset(end, next_end, after, before);
+    return psurf__face_offset_blended(end, next_end, after, before, control->blends[spoke],
+                                      control->blends[next]);
+}
+
+/* A closed ring: face points, limit point, tangents T1 and T2, tangent points. Sums run over
+   offsets from p, so that they keep their digits far from the origin. */
+static void psurf__closed_ring(const psurf_patches *patches, const psurf__control *control,
+                               const psurf_ring *ring, psurf_real *limit)
+{
+    const psurf_trig *rows = patches->topology->trig + ring->trig;
     const uint32_t n = psurf__valence(ring), first = ring->first_spoke;
     psurf__v3 p = psurf__position(control, ring->point), v;
     psurf__v3 sum = psurf__zero(), t1 = psurf__zero(), t2 = psurf__zero();
     uint32_t j;
     for (j = 0; j < n; j++) {
-        const uint32_t k = j + 1 == n ? 0 : j + 1;
-        const psurf_trig here = rows[1 + j], there = rows[1 + k];
-        psurf__v3 end = psurf__sub(psurf__position(control, spokes[j].end), p);
-        psurf__v3 next_end = psurf__sub(psurf__position(control, spokes[k].end), p);
-        psurf__v3 after = psurf__sub(psurf__position(control, spokes[j].after), p);
-        psurf__v3 before = psurf__sub(psurf__position(control, spokes[j].before), p);
-        psurf__v3 f = control->blends
-            ? psurf__face_offset_blended(end, next_end, after, before,
-                                         control->blends[first + j], control->blends[first + k])
-            : psurf__face_offset(end, next_end, after, before);
+        const psurf_trig here = rows[1 + j], there = rows[1 + (j + 1 == n ? 0 : j + 1)];
+        psurf__v3 f = psurf__ring_face_point(patches->topology, control, ring, p, j);
         sum = psurf__add(sum, f);
         t1 = psurf__mad(t1, here.c + there.c, f);       /* sum of c_j e_j, by parts */
         t2 = psurf__mad(t2, here.s + there.s, f);
@@ -1685,10 +2195,82 @@ static void psurf__vertex_pass(const psurf_patches *patches, const psurf__contro
     v = psurf__mad(p, rows[0].c, sum);                  /* eq. 13 */
     t1 = psurf__mul(t1, rows[0].s);                     /* eq. 15 */
     t2 = psurf__mul(t2, rows[0].s);
-    psurf__put(psurf__limit(patches, index), v);
+    psurf__put(limit, v);
     for (j = 0; j < n; j++)                             /* eq. 16 */
         psurf__put(psurf__tangent(patches, first + j),
                    psurf__add(v, psurf__mix(rows[1 + j].c, t1, rows[1 + j].s, t2)));
+}
+
+/* The end point e_s - p of the crease curve on a sharp spoke. */
+static psurf__v3 psurf__sharp_offset(const psurf_topology *t, const psurf__control *control,
+                                     psurf__v3 p, uint32_t spoke)
+{
+    return psurf__mul(psurf__sub(psurf__position(control, t->spokes[spoke].end), p),
+                      psurf__blend(control, spoke) * PSURF__R(0.5));
+}
+
+/* Limit point v of an open ring, and the offsets d from it of the tangent points on its two sharp
+   spokes. Both sides of a spoke compute these from the same numbers, and differ only in the order
+   of operands of commutative operations: same bits. */
+static void psurf__sharp_ends(const psurf_topology *t, const psurf__control *control,
+                              const psurf_ring *ring, psurf__v3 p, psurf__v3 *v, psurf__v3 d[2])
+{
+    const uint32_t first = ring->first_spoke, last = first + psurf__valence(ring) - 1;
+    const uint32_t far_last = t->spokes[last].after, far_first = t->spokes[last].before;
+    psurf__v3 a = psurf__sharp_offset(t, control, p, first);
+    psurf__v3 b = psurf__sharp_offset(t, control, p, last);
+    const psurf_real half = PSURF__R(0.5);
+    *v = p;
+    d[0] = a;
+    d[1] = b;
+    if (!(ring->valence & PSURF_RING_CORNER)) {         /* straight through the vertex */
+        if (!(ring->valence & PSURF_RING_WIDE)) *v = psurf__mad(p, half, psurf__add(a, b));
+        d[0] = psurf__mul(psurf__sub(a, b), half);
+        d[1] = psurf__mul(psurf__sub(b, a), half);
+    }
+    if (far_first != PSURF_NONE)                        /* a wide neighbour runs straight */
+        d[0] = psurf__mul(psurf__sub(a, psurf__sharp_offset(t, control, p, far_first)), half);
+    if (far_last != PSURF_NONE)
+        d[1] = psurf__mul(psurf__sub(b, psurf__sharp_offset(t, control, p, far_last)), half);
+}
+
+/* An open ring: a boundary, or one side of hard edges (ours; the cut's own row enters no interior
+   edge, so eq. 7 holds at all of them). */
+static void psurf__open_ring(const psurf_patches *patches, const psurf__control *control,
+                             const psurf_ring *ring, psurf_real *limit)
+{
+    const psurf_topology *t = patches->topology;
+    const psurf_trig *rows = t->trig + ring->trig;
+    const uint32_t k = psurf__valence(ring) - 1, first = ring->first_spoke;
+    psurf__v3 p = psurf__position(control, ring->point), v, d[2], offset, before, t2;
+    uint32_t j;
+    psurf__sharp_ends(t, control, ring, p, &v, d);
+    offset = psurf__sub(v, p);
+    before = t2 = psurf__zero();
+    for (j = 0; j < k; j++) {
+        psurf__v3 f = psurf__ring_face_point(t, control, ring, p, j);
+        psurf__v3 e = psurf__sub(psurf__mul(psurf__add(before, f), PSURF__R(0.5)), offset);
+        if (j > 0) t2 = psurf__mad(t2, 4 * rows[0].s * rows[1 + j].s, e);
+        psurf__put(psurf__face_point(patches, first + j), psurf__add(p, f));
+        before = f;
+    }
+    if (ring->valence & PSURF_RING_CORNER) t2 = d[1];
+    psurf__put(limit, v);
+    psurf__put(psurf__tangent(patches, first), psurf__add(v, d[0]));
+    psurf__put(psurf__tangent(patches, first + k), psurf__add(v, d[1]));
+    psurf__put(psurf__face_point(patches, first + k), v);       /* never read, yet defined */
+    for (j = 1; j < k; j++)
+        psurf__put(psurf__tangent(patches, first + j),
+                   psurf__add(v, psurf__mix(rows[1 + j].c, d[0], rows[1 + j].s, t2)));
+}
+
+static void psurf__vertex_pass(const psurf_patches *patches, const psurf__control *control,
+                               uint32_t index)
+{
+    const psurf_ring *ring = &patches->topology->rings[index];
+    psurf_real *limit = psurf__limit(patches, index);
+    if (ring->valence & PSURF_RING_OPEN) psurf__open_ring(patches, control, ring, limit);
+    else psurf__closed_ring(patches, control, ring, limit);
 }
 
 /* >>5 SCHEMES =================================================================================
@@ -1702,6 +2284,14 @@ typedef struct psurf__corner_data {
     psurf_real chi, s;                  /* 1 + c_n, s_n */
 } psurf__corner_data;
 
+/* The face point across a spoke: of the facet there, or reflected where the ring ends. */
+static psurf__v3 psurf__point_across(const psurf_patches *p, uint32_t there, psurf__v3 tangent,
+                                     psurf__v3 own)
+{
+    if (there != PSURF_NONE) return psurf__get(psurf__face_point(p, there));
+    return psurf__sub(psurf__mul(tangent, 2), own);
+}
+
 static void psurf__read_corner(const psurf_patches *p, uint32_t corner, psurf__corner_data *out)
 {
     const psurf_topology *t = p->topology;
@@ -1709,13 +2299,13 @@ static void psurf__read_corner(const psurf_patches *p, uint32_t corner, psurf__c
                    spoke = t->corners[corner].spoke;
     const psurf_ring *ring = &t->rings[index];
     const uint32_t after = psurf__next_spoke(ring, spoke);
-    const uint32_t before = psurf__previous_spoke(ring, spoke);
+    const int ends = psurf__next_spoke(ring, after) == PSURF_NONE;
     out->v = psurf__get(psurf__limit(p, index));
     out->t0 = psurf__get(psurf__tangent(p, spoke));
     out->t1 = psurf__get(psurf__tangent(p, after));
     out->f = psurf__get(psurf__face_point(p, spoke));
-    out->fr = psurf__get(psurf__face_point(p, before));
-    out->fl = psurf__get(psurf__face_point(p, after));
+    out->fr = psurf__point_across(p, psurf__previous_spoke(ring, spoke), out->t0, out->f);
+    out->fl = psurf__point_across(p, ends ? PSURF_NONE : after, out->t1, out->f);
     out->chi = 1 + t->trig[ring->trig + 2].c;
     out->s = t->trig[ring->trig + 2].s;
 }
@@ -1920,6 +2510,12 @@ static void psurf__pm_polar_facet(const psurf_patches *p, const psurf__control *
                     psurf__pole_ratio(control, to_b), out);
 }
 
+/* The corner that a facet's parameters start from: A of a polar facet, else 0. */
+static uint32_t psurf__turn(const psurf_topology *t, uint32_t facet)
+{
+    return t->facets[facet].piece >> 16 & 3;
+}
+
 static void psurf__pm_facet(const psurf_patches *p, const psurf__control *control, psurf_kind kind,
                             uint32_t facet, psurf_real *out)
 {
@@ -1930,7 +2526,7 @@ static void psurf__pm_facet(const psurf_patches *p, const psurf__control *contro
     for (i = 0; i < m; i++) psurf__read_corner(p, first + i, &c[i]);
     if (kind == PSURF_BICUBIC) psurf__pm_bicubic(c, out);
     else if (kind == PSURF_POLAR)
-        psurf__pm_polar_facet(p, control, c, p->topology->facets[facet].piece >> 16, first, out);
+        psurf__pm_polar_facet(p, control, c, psurf__turn(p->topology, facet), first, out);
     else psurf__pm_sectors(c, m, out);
 }
 
@@ -1973,14 +2569,17 @@ PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_
         block->offset = patches.used;
         psurf__carve(&patches, block->count, 3 * block->points * sizeof(psurf_real), 1);
     }
-    layout->limit_offset = 0;
+    layout->centre_offset = 0;
+    psurf__carve(&scratch, topology->info.centres, 3 * sizeof(psurf_real), 1);
+    psurf__carve(&scratch, 0, 1, 256);
+    layout->limit_offset = scratch.used;
     psurf__carve(&scratch, topology->info.rings, 3 * sizeof(psurf_real), 1);
     psurf__carve(&scratch, 0, 1, 256);
     layout->spoke_offset = scratch.used;
     psurf__carve(&scratch, topology->info.spokes, 6 * sizeof(psurf_real), 1);
     layout->patch_bytes = patches.used;
     layout->scratch_bytes = scratch.used;
-    layout->pass_items[PSURF_PASS_CENTRES] = 0;
+    layout->pass_items[PSURF_PASS_CENTRES] = topology->info.centres;
     layout->pass_items[PSURF_PASS_VERTICES] = topology->info.rings;
     layout->pass_items[PSURF_PASS_FACETS] = topology->info.facets;
     return patches.used == SIZE_MAX || scratch.used == SIZE_MAX ? PSURF_TOO_LARGE : PSURF_OK;
@@ -2024,8 +2623,10 @@ PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
     if (!patches || !psurf__construct_desc_ok(desc) || (uint32_t)pass >= PSURF_PASS_COUNT ||
         (!patches->scratch && patches->layout.scratch_bytes)) return PSURF_BAD_DESC;
     t = patches->topology;
-    control = psurf__control_of(t, desc);
+    control = psurf__control_of(patches, desc);
     end = psurf__range_end(first, count, patches->layout.pass_items[pass]);
+    if (pass == PSURF_PASS_CENTRES)
+        for (i = first; i < end; i++) psurf__centre_pass(patches, &control, i);
     if (pass == PSURF_PASS_VERTICES)
         for (i = first; i < end; i++) psurf__vertex_pass(patches, &control, i);
     if (pass == PSURF_PASS_FACETS)
@@ -2552,7 +3153,7 @@ static psurf__view psurf__view_facet(const psurf_patches *p, uint32_t facet)
     psurf__view view;
     view.row = &psurf__kinds[kind];
     view.points = psurf__patch_points(p, kind, facet);
-    view.turn = p->topology->facets[facet].piece >> 16;
+    view.turn = psurf__turn(p->topology, facet);
     return view;
 }
 
@@ -2659,22 +3260,46 @@ static psurf__place psurf__find_place(const psurf_topology *t, const psurf_sampl
     return place;
 }
 
-/* Evaluates one sample; the jet has the derivatives of the patch. */
+/* The row that cuts a face into sectors as P3, P4, P5 are: its pieces if it is split. */
+static const psurf__kind_row *psurf__sector_row(uint32_t size)
+{
+    return &psurf__kinds[PSURF_P3 + (size < 5 ? size : 5) - 3];
+}
+
+/* From a face to its facet. Of a split face it is a piece, a triangle of two corners and the
+   centre: sector and weights become those of the piece, outer keeps where it lies. */
+static uint32_t psurf__enter_piece(const psurf_topology *t, uint32_t face, uint32_t size,
+                                   uint32_t *sector, psurf_real *w, psurf__spot *outer)
+{
+    const uint32_t facet = t->face_facet[face];
+    uint32_t k;
+    outer->sector = PSURF_NONE;
+    if (!(t->facets[facet].piece & PSURF_SPLIT_FACE)) return facet;
+    psurf__sector_row(size)->locate(0, *sector, w, 1, outer);
+    *sector = 0;
+    for (k = 0; k < 3; k++) w[k] = outer->w[k];
+    return facet + outer->sector;
+}
+
+/* Evaluates one sample; the jet has the derivatives of the face. Returns the normal. */
 static psurf__v3 psurf__eval_sample(const psurf_patches *p, const psurf_sample *sample, int second,
                                     psurf__jet *jet)
 {
-    const psurf__place place = psurf__find_place(p->topology, sample);
-    const psurf__view view = psurf__view_facet(p, p->topology->face_facet[place.face]);
+    psurf__place place = psurf__find_place(p->topology, sample);
     psurf_real store[PSURF__NET_REALS];
     const psurf_real *net;
-    psurf__spot spot;
+    psurf__view view;
+    psurf__spot spot, outer;
     psurf__v3 n;
+    view = psurf__view_facet(p, psurf__enter_piece(p->topology, place.face, place.size,
+                                                   &place.sector, place.w, &outer));
     view.row->locate(view.turn, place.sector, place.w, 1, &spot);
     net = view.row->net(view.points, spot.sector, store);
     psurf__evaluate(&view, net, &spot, second, jet);
     n = psurf__normal(&view, net, &spot, jet);
     if (!second) jet->duu = jet->duv = jet->dvv = psurf__zero();
     view.row->pull(&spot, view.turn, jet);
+    if (outer.sector != PSURF_NONE) psurf__sector_row(place.size)->pull(&outer, 0, jet);
     return n;
 }
 
@@ -2716,8 +3341,8 @@ PSURF_API void psurf_eval(const psurf_patches *patches, const psurf_sample *samp
 
 typedef struct psurf__lattice {
     const psurf_topology *topology;
-    const psurf_corner *corners;        /* of the face */
-    uint32_t face, size, rate;
+    const psurf_corner *corners;        /* of the face, each the first of step */
+    uint32_t face, size, rate, step;
     uint32_t edge_base;                 /* welded: number of the first edge sample */
     uint64_t base;                      /* first vertex of the face; welded: its first inside */
     int welded;
@@ -2745,6 +3370,12 @@ static uint64_t psurf__insides_before(const psurf_topology *t, uint32_t face, ui
                                 r * (r - 1) / 2, 1);
 }
 
+/* Welded vertices on edges and corners: all before the insides. Centres are insides. */
+static uint64_t psurf__insides_base(const psurf_topology *t, uint64_t r)
+{
+    return t->info.rings - t->info.centres + t->info.edge_sides * (r - 1);
+}
+
 static uint64_t psurf__triangles_before(const psurf_topology *t, uint32_t face, uint64_t r)
 {
     return psurf__points_before(t, face, r * r, 2 * r * r, r * r, 0);
@@ -2757,13 +3388,13 @@ static psurf__lattice psurf__face_lattice(const psurf_topology *t, uint32_t face
     psurf__lattice l;
     l.topology = t;
     l.corners = t->corners + psurf__facet_corner(t, psurf__facet_kind(t, facet), facet);
+    l.step = t->facets[facet].piece & PSURF_SPLIT_FACE ? 3 : 1;
     l.face = face;
     l.size = psurf__face_size(t, face);
     l.rate = rate;
     l.welded = welded;
-    l.edge_base = t->info.rings;
-    l.base = welded ? t->info.rings + (uint64_t)t->info.edges * (rate - 1) +
-                      psurf__insides_before(t, face, rate)
+    l.edge_base = t->info.rings - t->info.centres;
+    l.base = welded ? psurf__insides_base(t, rate) + psurf__insides_before(t, face, rate)
                     : psurf__face_points_before(t, face, rate);
     return l;
 }
@@ -2771,11 +3402,12 @@ static psurf__lattice psurf__face_lattice(const psurf_topology *t, uint32_t face
 /* Number of the sample at step k of edge i, and whether this face writes it. */
 static uint32_t psurf__edge_vertex(const psurf__lattice *l, uint32_t i, uint32_t k, int *writes)
 {
-    const psurf_corner *corner = &l->corners[i];
+    const psurf_corner *corner = &l->corners[l->step * i];
     const int forward = (corner->edge & PSURF_WRITER) != 0;
     uint32_t edge;
     if (k == 0 || k == l->rate) {
-        const uint32_t ring = (k ? &l->corners[psurf__following(i, l->size)] : corner)->ring;
+        const uint32_t at = k ? psurf__following(i, l->size) : i;
+        const uint32_t ring = l->corners[l->step * at].ring;
         *writes = (ring & PSURF_WRITER) != 0;
         return ring & ~PSURF_WRITER;
     }
@@ -2851,28 +3483,39 @@ static void psurf__lattice_weights(uint32_t size, uint32_t rate, uint32_t x, uin
     }
 }
 
-/* A facet with its nets, each made when it is first needed. */
+/* The facet under evaluation with its nets, each made when it is first needed. */
 typedef struct psurf__nets {
+    const psurf_patches *patches;
+    uint32_t facet;                     /* PSURF_NONE at first */
     psurf__view view;
     const psurf_real *net[PSURF__MAX_SECTORS];
     psurf_real store[PSURF__MAX_SECTORS][PSURF__NET_REALS];
 } psurf__nets;
 
-static void psurf__open_nets(psurf__nets *nets, const psurf_patches *p, uint32_t facet)
+static void psurf__open_nets(psurf__nets *nets, const psurf_patches *p)
+{
+    nets->patches = p;
+    nets->facet = PSURF_NONE;
+}
+
+static void psurf__select_facet(psurf__nets *nets, uint32_t facet)
 {
     uint32_t i;
-    nets->view = psurf__view_facet(p, facet);
+    if (nets->facet == facet) return;
+    nets->facet = facet;
+    nets->view = psurf__view_facet(nets->patches, facet);
     for (i = 0; i < PSURF__MAX_SECTORS; i++) nets->net[i] = NULL;
 }
 
-/* Position and, unless NULL, normal at lattice weights: for tessellation of both sorts and for
+/* Position and, unless NULL, normal at weights of a facet: for tessellation of both sorts and for
    checks. */
-static void psurf__lattice_point(psurf__nets *nets, uint32_t sector, const psurf_real *w,
-                                 psurf_real rate, psurf__v3 *p, psurf__v3 *n)
+static void psurf__facet_point(psurf__nets *nets, uint32_t facet, uint32_t sector,
+                               const psurf_real *w, psurf_real rate, psurf__v3 *p, psurf__v3 *n)
 {
     psurf__spot spot;
     psurf__jet jet;
     const psurf_real *net;
+    psurf__select_facet(nets, facet);
     nets->view.row->locate(nets->view.turn, sector, w, rate, &spot);
     net = nets->net[spot.sector];
     if (!net) {
@@ -2893,18 +3536,21 @@ static void psurf__write_vertex(const psurf__lattice *l, psurf__nets *nets, uint
     psurf_real w[4];
     if (!writes) return;
     psurf__lattice_weights(l->size, l->rate, x, y, w);
-    if (out->p || out->n) {
-        psurf__v3 p, n = psurf__zero();
-        psurf__lattice_point(nets, sector, w, rate, &p, out->n ? &n : NULL);
-        psurf__put_at(out->p, psurf__stride(out->p_stride, 3), index, p);
-        if (out->n) psurf__put(out->n + index * psurf__stride(out->n_stride, 3), n);
-    }
     if (out->where) {
         psurf_sample *where = &out->where[index];
         where->face = l->face;
         where->sector = sector;
         where->u = (l->size < 5 ? PSURF__R(x) : w[0]) / rate;
         where->v = (l->size < 5 ? PSURF__R(y) : w[1]) / rate;
+    }
+    if (out->p || out->n) {
+        psurf__v3 p, n = psurf__zero();
+        psurf__spot outer;
+        const uint32_t facet =
+            psurf__enter_piece(l->topology, l->face, l->size, &sector, w, &outer);
+        psurf__facet_point(nets, facet, sector, w, rate, &p, out->n ? &n : NULL);
+        psurf__put_at(out->p, psurf__stride(out->p_stride, 3), index, p);
+        if (out->n) psurf__put(out->n + index * psurf__stride(out->n_stride, 3), n);
     }
 }
 
@@ -2980,7 +3626,7 @@ PSURF_API psurf_result psurf_tessellate_size(const psurf_topology *topology,
         first = psurf__face_points_before(topology, first_f, desc->rate);
         end = psurf__face_points_before(topology, end_f, desc->rate);
     } else {
-        end = topology->info.rings + (uint64_t)topology->info.edges * (desc->rate - 1) +
+        end = psurf__insides_base(topology, desc->rate) +
               psurf__insides_before(topology, faces, desc->rate);
     }
     first_index = 3 * psurf__triangles_before(topology, first_f, desc->rate);
@@ -3002,7 +3648,7 @@ static void psurf__tessellate_face(const psurf_patches *patches, const psurf_tes
                                                        !(desc->flags & PSURF_TESS_PER_FACE));
     if (out->p || out->n || out->where) {
         psurf__nets nets;
-        psurf__open_nets(&nets, patches, t->face_facet[face]);
+        psurf__open_nets(&nets, patches);
         psurf__write_vertices(&lattice, &nets, out);
     }
     if (out->indices) {
@@ -3114,7 +3760,7 @@ static void psurf__open_side(psurf__side *side, const psurf_patches *p, uint32_t
     side->facet = psurf__corner_facet(p->topology, corner, &side->edge);
     side->first = corner - side->edge;
     side->size = psurf__kind_sides(psurf__facet_kind(p->topology, side->facet));
-    psurf__open_nets(&side->nets, p, side->facet);
+    psurf__open_nets(&side->nets, p);
 }
 
 /* Position and normal at step k of the side's edge, from its own first corner. */
@@ -3136,36 +3782,67 @@ static void psurf__side_point(psurf__side *side, uint32_t rate, uint32_t k, psur
         if (k == rate) sector = psurf__following(e, side->size);
         psurf__lattice_weights(side->size, rate, k == rate ? 0 : k, 0, w);
     }
-    psurf__lattice_point(&side->nets, sector, w, PSURF__R(rate), p, n);
+    psurf__facet_point(&side->nets, side->facet, sector, w, PSURF__R(rate), p, n);
+}
+
+static psurf__v3 psurf__point_position(const psurf_topology *t, const psurf__control *control,
+                                       uint32_t point)
+{
+    if (point < t->info.vertices) return psurf__position(control, point);
+    return psurf__face_centre(t, control, t->centres[point - t->info.vertices]);
+}
+
+static const psurf_ring *psurf__corner_ring(const psurf_topology *t, uint32_t corner)
+{
+    return &t->rings[t->corners[corner].ring & ~PSURF_WRITER];
 }
 
 static psurf__v3 psurf__corner_position(const psurf_topology *t, const psurf__control *control,
                                         uint32_t corner)
 {
-    return psurf__position(control, t->rings[t->corners[corner].ring & ~PSURF_WRITER].point);
+    return psurf__point_position(t, control, psurf__corner_ring(t, corner)->point);
 }
 
-/* Whether a face has a corner of less than half a degree. */
-static int psurf__has_needle(const psurf_topology *t, const psurf__control *control,
-                             const psurf__side *side)
+/* Whether the angle at p between a and b is less than half a degree. */
+static int psurf__is_needle(psurf__v3 p, psurf__v3 a, psurf__v3 b)
 {
     const psurf_real tangent = PSURF__R(0.0087268677907587893);
+    psurf__v3 n;
+    psurf_real dot;
+    a = psurf__scaled(psurf__sub(a, p));
+    b = psurf__scaled(psurf__sub(b, p));
+    n = psurf__cross(a, b);
+    dot = psurf__dot(a, b);
+    return dot >= 0 && psurf__dot(n, n) <= tangent * tangent * (dot * dot);
+}
+
+/* Whether an open ring ends where it begins: the tip of a slit, which has no tangent plane. */
+static int psurf__is_slit(const psurf_topology *t, const psurf__control *control, uint32_t corner)
+{
+    const psurf_ring *ring = psurf__corner_ring(t, corner);
+    const uint32_t first = ring->first_spoke, last = first + psurf__valence(ring) - 1;
+    if (!(ring->valence & PSURF_RING_OPEN)) return 0;
+    return psurf__is_needle(psurf__point_position(t, control, ring->point),
+                            psurf__point_position(t, control, t->spokes[first].end),
+                            psurf__point_position(t, control, t->spokes[last].end));
+}
+
+/* Whether a facet has a needle corner, or the edge of this side an end at a slit. */
+static int psurf__is_degenerate(const psurf_topology *t, const psurf__control *control,
+                                const psurf__side *side)
+{
+    const uint32_t end = psurf__following(side->edge, side->size);
     uint32_t i;
     for (i = 0; i < side->size; i++) {
-        psurf__v3 p = psurf__corner_position(t, control, side->first + i);
-        psurf__v3 a =
-            psurf__corner_position(t, control, side->first + psurf__following(i, side->size));
-        psurf__v3 b =
-            psurf__corner_position(t, control, side->first + psurf__preceding(i, side->size));
-        psurf__v3 n;
-        psurf_real dot;
-        a = psurf__scaled(psurf__sub(a, p));
-        b = psurf__scaled(psurf__sub(b, p));
-        n = psurf__cross(a, b);
-        dot = psurf__dot(a, b);
-        if (dot >= 0 && psurf__dot(n, n) <= tangent * tangent * (dot * dot)) return 1;
+        const uint32_t next = psurf__following(i, side->size);
+        const uint32_t last = psurf__preceding(i, side->size);
+        if (psurf__is_needle(psurf__corner_position(t, control, side->first + i),
+                             psurf__corner_position(t, control, side->first + next),
+                             psurf__corner_position(t, control, side->first + last)))
+            return 1;
     }
-    return 0;
+    return psurf__is_slit(t, control, side->first + side->edge) ||
+           psurf__is_slit(t, control, side->first + end);
 }
 
 static psurf_real psurf__distance(psurf__v3 a, psurf__v3 b)
@@ -3178,7 +3855,7 @@ static psurf_real psurf__mesh_diagonal(const psurf_topology *t, const psurf__con
 {
     psurf__v3 low = psurf__zero(), high = psurf__zero();
     uint32_t r;
-    for (r = 0; r < t->info.rings; r++) {
+    for (r = 0; r < t->info.rings - t->info.centres; r++) {
         psurf__v3 p = psurf__position(control, t->rings[r].point);
         if (r == 0) low = high = p;
         if (p.x < low.x) low.x = p.x;
@@ -3220,13 +3897,15 @@ static void psurf__check_edge(const psurf_patches *patches, const psurf__control
     psurf__side a, b;
     uint32_t k;
     int sharp, degenerate;
+    if (t->edges[edge].other == PSURF_NONE) return;
     psurf__open_side(&a, patches, t->edges[edge].corner);
     psurf__open_side(&b, patches, t->edges[edge].other);
     ends[0] = &t->corners[t->edges[edge].corner];
     ends[1] = &t->corners[t->edges[edge].other];
-    sharp = control->blends && (control->blends[ends[0]->spoke] <= 0 ||
-                                control->blends[ends[1]->spoke] <= 0);
-    degenerate = psurf__has_needle(t, control, &a) || psurf__has_needle(t, control, &b) ||
+    sharp = ((ends[0]->edge ^ ends[1]->edge) & ~PSURF_WRITER) != 0 ||
+            psurf__blend(control, ends[0]->spoke) <= 0 ||
+            psurf__blend(control, ends[1]->spoke) <= 0;
+    degenerate = psurf__is_degenerate(t, control, &a) || psurf__is_degenerate(t, control, &b) ||
         psurf__distance(psurf__corner_position(t, control, t->edges[edge].corner),
                         psurf__corner_position(t, control, t->edges[edge].other)) < shortest;
     r->sharp_edges += (uint32_t)sharp;
@@ -3266,7 +3945,7 @@ PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_con
     if (!patches || !result || !psurf__construct_desc_ok(desc) || rate < 1 || rate > PSURF_MAX_RATE)
         return PSURF_BAD_DESC;
     *result = none;
-    control = psurf__control_of(patches->topology, desc);
+    control = psurf__control_of(patches, desc);
     shortest = PSURF__R(1e-5) * psurf__mesh_diagonal(patches->topology, &control);
     end = psurf__range_end(first_edge, edge_count, patches->topology->info.edges);
     for (e = first_edge; e < end; e++)
@@ -3285,23 +3964,33 @@ static void psurf__grow(psurf_real *box, const psurf_real *points, uint32_t coun
         }
 }
 
+static void psurf__face_box(const psurf_patches *patches, uint32_t face, psurf_real *box)
+{
+    const psurf_topology *t = patches->topology;
+    const psurf_real eps = sizeof(psurf_real) == 4 ? PSURF__R(1e-6) : PSURF__R(2e-15);
+    const uint32_t first = t->face_facet[face];
+    const int split = (t->facets[first].piece & PSURF_SPLIT_FACE) != 0;
+    const uint32_t pieces = split ? psurf__face_size(t, face) : 1;
+    psurf_real store[PSURF__NET_REALS], size = 0;
+    uint32_t p, i, k;
+    for (p = 0; p < pieces; p++) {
+        const psurf__view view = psurf__view_facet(patches, first + p);
+        for (k = 0; k < 6 && p == 0; k++) box[k] = view.points[k % 3];
+        for (i = 0; i < view.row->sectors; i++)
+            psurf__grow(box, view.row->net(view.points, i, store), view.row->net_points);
+    }
+    for (k = 0; k < 6; k++)
+        if (psurf__abs(box[k]) > size) size = psurf__abs(box[k]);
+    for (k = 0; k < 6; k++) box[k] += (k < 3 ? -eps : eps) * size;              /* for rounding */
+}
+
 PSURF_API void psurf_bounds(const psurf_patches *patches, uint32_t first_face, uint32_t face_count,
                             psurf_real *min_max)
 {
-    const psurf_topology *t = patches->topology;
-    const uint32_t end = psurf__range_end(first_face, face_count, t->info.faces);
-    const psurf_real eps = sizeof(psurf_real) == 4 ? PSURF__R(1e-6) : PSURF__R(2e-15);
-    uint32_t f, i, k;
-    for (f = first_face; f < end; f++) {
-        const psurf__view view = psurf__view_facet(patches, t->face_facet[f]);
-        psurf_real *box = min_max + 6 * (size_t)(f - first_face), store[PSURF__NET_REALS], size = 0;
-        for (k = 0; k < 6; k++) box[k] = view.points[k % 3];
-        for (i = 0; i < view.row->sectors; i++)
-            psurf__grow(box, view.row->net(view.points, i, store), view.row->net_points);
-        for (k = 0; k < 6; k++)
-            if (psurf__abs(box[k]) > size) size = psurf__abs(box[k]);
-        for (k = 0; k < 6; k++) box[k] += (k < 3 ? -eps : eps) * size;         /* for rounding */
-    }
+    const uint32_t end = psurf__range_end(first_face, face_count, patches->topology->info.faces);
+    uint32_t f;
+    for (f = first_face; f < end; f++)
+        psurf__face_box(patches, f, min_max + 6 * (size_t)(f - first_face));
 }
 
 /* >>9 ALL AT ONCE, AND BUILD FACTS ============================================================ */
