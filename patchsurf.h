@@ -56,6 +56,8 @@
            return 0;
        }
 
+   In C++ write psurf_mesh_desc desc = {}; so for every struct that is handed in.
+
    IN AN ENGINE. The same in the stages that run at different times:
 
        psurf_topology_create(&desc, &topology, &error);         once per connectivity; allocates
@@ -75,7 +77,8 @@
      * vertex data: per ring and spoke, in scratch memory that may be reused between meshes.
      * patches: one per facet, one tight array per kind:
          bicubic  quad whose corners all have four edges: C2 with its like on regular regions
-         polar    triangle of a fan whose outer vertices have four edges: poles of any valence
+         polar    triangle of a fan whose outer vertices have four edges, and are not the middle of
+                  such a fan themselves: poles of any valence
          p3 4 5   every other triangle, quad, pentagon: sectors of degree 4 round a centre
        All meet G1, with one normal along every edge. On a regular quad mesh the surface is the
        uniform bicubic B-spline, and everywhere else close to the Catmull-Clark limit, not equal.
@@ -110,9 +113,10 @@
    say where. The library never asserts, prints, aborts, or sets errno.
      PSURF_OK             all is well
      PSURF_BAD_DESC       a canary or unknown flag is set (the struct was not zero-initialised), a
-                          pointer that must be there is NULL or misaligned, a stride is no multiple
-                          of the size of a real, one allocator function without the other, a rate
-                          or default blend ratio out of range. No location.
+                          pointer that must be there is NULL, patch or scratch memory is misaligned,
+                          a stride is no multiple of the size of a real, one allocator function
+                          without the other, a rate or default blend ratio out of range. No
+                          location.
      PSURF_BAD_INDEX      a face names a vertex >= vertex_count: face, corner, vertex
      PSURF_BAD_FACE       fewer than 3 or more than 65535 corners: face. A vertex twice: face,
                           corner, vertex
@@ -123,8 +127,8 @@
      PSURF_NON_MANIFOLD   an edge of three faces: face and corner of the third, vertex, other
      PSURF_BAD_CORNER     desc.corners names a vertex >= vertex_count: vertex
      PSURF_NOT_FINITE     desc.positions has an infinity or NaN: vertex
-     PSURF_TOO_LARGE      2^31-1 corners or vertices, 2^22 edges at a vertex, sizes or numbers
-                          beyond what memory, 32-bit or 16-bit indices can hold
+     PSURF_TOO_LARGE      2^31-1 corners or vertices, 2^22 edges at a vertex (located), sizes or
+                          numbers beyond what memory, 32-bit or 16-bit indices can hold
      PSURF_OUT_OF_MEMORY  the allocator returned NULL; nothing is leaked
 
    MEMORY. psurf_topology_create allocates three times and keeps one block; psurf_smooth allocates
@@ -141,7 +145,9 @@
    restores at its end; it uses no libm function but sqrt, and one order of operations. Positions on
    a shared edge are bit-identical from both faces: every facet boundary is one cubic, evaluated by
    one function that is symmetric in its ends. Normals from two sides agree to rounding: displace
-   along welded normals.
+   along welded normals. In float that is below 0.01 degrees on usual meshes; it grows where edges
+   are ten thousand times shorter than their distance from the origin, and with valences above
+   some hundreds.
    Excluded: clang's -ffast-math and -ffp-contract=fast, which override the pragmas; x87 arithmetic
    (use -msse2 -mfpmath=sse); FTZ/DAZ modes; the payload of NaNs. psurf_exact() tells.
 
@@ -154,7 +160,8 @@
 
    COMPILE-TIME OPTIONS, the same in every file that includes the header:
      PSURF_IMPLEMENTATION  in one file: the code
-     PSURF_STATIC          everything static: several files may have copies of their own
+     PSURF_STATIC          everything static: every file that includes the header defines
+                           PSURF_IMPLEMENTATION too, and has a copy of its own
      PSURF_API             storage class and attributes of the calls (default: extern)
      PSURF_REAL            float (default) or double, for tests and reports
      PSURF_NO_STDLIB       no malloc: every descriptor needs an allocator
@@ -306,7 +313,8 @@ typedef struct psurf_mesh_desc {
    of the offence, may be NULL.
    Returns any result of the list except what only other calls return. Allocates three times
    through desc->allocator, which is copied and must outlive the object, and keeps one block.
-   Linear in the number of face corners. Any thread; calls do not know of each other.
+   Linear in the number of face corners; a tag adds the logarithm of that. Any thread; calls do
+   not know of each other.
    Source: [PM] section 3 (rings), section 4 (kinds of facet). */
 PSURF_API psurf_result psurf_topology_create(const psurf_mesh_desc *desc, psurf_topology **topology,
                                              psurf_error *error);
@@ -347,8 +355,9 @@ typedef struct psurf_ring {
 typedef struct psurf_spoke {
     uint32_t end;                       /* E_j */
     uint32_t after, before;             /* facet f_j: vertex after E_j, vertex before E_(j+1). Last
-                                           spoke of an open ring: far spokes of a wide neighbour
-                                           beyond the last, the first spoke, or PSURF_NONE */
+                                           spoke of an open ring, which has no facet: after = the
+                                           same spoke as first of the next ring, PSURF_NONE at a
+                                           boundary; before = far spoke of a wide neighbour */
 } psurf_spoke;
 typedef struct psurf_corner {
     uint32_t ring;                      /* bit 31: this facet writes the welded vertex */
@@ -373,6 +382,8 @@ typedef struct psurf_trig { psurf_real c, s; } psurf_trig;
 #define PSURF_RING_OPEN 0x40000000u     /* between two sharp spokes: crease or boundary, */
 #define PSURF_RING_CORNER 0x20000000u   /* or corner, */
 #define PSURF_RING_WIDE 0x10000000u     /* or the wide side of a corner */
+#define PSURF_RING_WIDE_NEXT 0x08000000u        /* beyond the last spoke is the wide side, */
+#define PSURF_RING_WIDE_LAST 0x04000000u        /* beyond the first spoke is the wide side */
 #define PSURF_RING_VALENCE 0x00FFFFFFu
 
 /* All tables lie in one block, each at a multiple of 256 bytes from its start: one copy uploads
@@ -394,8 +405,10 @@ typedef struct psurf_tables {
 PSURF_API void psurf_topology_tables(const psurf_topology *topology, psurf_tables *tables);
 
 /* The spoke that leaves vertex v0 along the edge to v1: the index of its blend ratio in
-   psurf_tables.blends and psurf_construct_desc.blends. PSURF_NONE if there is no such edge.
-   Logarithmic in the rings, linear in the valence. No allocation; any number of threads. */
+   psurf_tables.blends and psurf_construct_desc.blends. Where two rings share a spoke, on a hard
+   edge, it is the one whose ratio both read. PSURF_NONE if there is no such edge.
+   Logarithmic in the rings, linear in the valence and in the further fans of non-manifold vertices.
+   No allocation; any number of threads. */
 PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0, uint32_t v1);
 
 /* ---- patches: once per frame ----------------------------------------------------------------- */
@@ -409,8 +422,8 @@ typedef enum psurf_pass {
     PSURF_PASS_COUNT
 } psurf_pass;
 
-/* One tight array of patches per kind: patch k of a block is 3 * points reals, k such from its
-   offset. Scratch holds what passes hand on. */
+/* One tight array of patches per kind, each patch of 3 * points reals. Offsets are in bytes: of the
+   patches, and of what one pass hands to the next in the scratch. */
 typedef struct psurf_kind_block { size_t offset; uint32_t count, points; } psurf_kind_block;
 typedef struct psurf_patches_layout {
     size_t patch_bytes, scratch_bytes;
@@ -434,7 +447,7 @@ typedef struct psurf_construct_desc {
     uint32_t _start_canary;
     const psurf_real *positions;        /* [vertex_count][3] */
     size_t position_stride;             /* bytes between positions; 0 = 3 reals */
-    const psurf_real *blends;           /* [spokes]; NULL = those of the topology */
+    const psurf_real *blends;           /* [spokes] 0..1, trusted; NULL = the topology's */
     uint32_t _end_canary;
 } psurf_construct_desc;
 
@@ -488,8 +501,9 @@ typedef struct psurf_sample {
 } psurf_sample;
 
 /* Where results go; NULL = skip. Element k of an array lies k * stride bytes from its start; stride
-   0 = 3 reals; all arrays share it. n has unit length, or is zero where no direction exists (all
-   control points of the patch on one line). du .. dvv are with respect to the sample's u and v. */
+   0 = 3 reals, else a multiple of the size of a real; all arrays share it. n has unit length, or is
+   zero where no direction exists (all control points of the patch on one line). du .. dvv are with
+   respect to the sample's u and v. */
 typedef struct psurf_points {
     psurf_real *p, *n, *du, *dv, *duu, *duv, *dvv;
     size_t stride;
@@ -538,7 +552,8 @@ typedef struct psurf_tess_span {
 typedef struct psurf_tess_out {
     psurf_real *p, *n;
     size_t p_stride, n_stride;
-    psurf_sample *where;              /* face, sector, u, v of each vertex, for psurf_interpolate */
+    psurf_sample *where;                /* place of each vertex, for psurf_interpolate; psurf_eval
+                                           there gives the same point to rounding, not to the bit */
     void *indices;                      /* triangles, counter-clockwise */
     uint32_t first_vertex;
     size_t first_index;
@@ -567,11 +582,12 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
 
 /* Interpolates any attribute given per face corner, texture coordinates for instance: linear on
    triangles and sectors (their centre takes the mean of the corners), bilinear on quads.
-   corner_values: [sum of face sizes][width] floats in input order. out: [count][width].
+   corner_values: [sum of face sizes][width] floats in input order. out: [count] times width floats,
+   out_stride bytes apart, a multiple of 4; 0 = width floats.
    Samples are treated as in psurf_eval. No allocation; any number of threads. */
 PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sample *samples,
                                  uint32_t count, const float *corner_values, uint32_t width,
-                                 float *out);
+                                 float *out, size_t out_stride);
 
 /* ---- interrogation --------------------------------------------------------------------------- */
 
@@ -593,7 +609,8 @@ typedef struct psurf_check_result {
    zero. Hard edges, and those with a blend ratio of 0 at an end, are compared for cracks alone and
    counted as sharp_edges. Boundary edges have one side and are passed over.
    Returns PSURF_OK, or BAD_DESC as psurf_construct_pass and psurf_tessellate_size. No allocation.
-   Threads: any; sums over ranges add up, maxima combine. */
+   Threads: any; sums over ranges add up, maxima combine. Every call reads all positions once, for
+   the diagonal: few large ranges are cheaper than many small ones. */
 PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_construct_desc *desc,
                                    uint32_t rate, uint32_t first_edge, uint32_t edge_count,
                                    psurf_check_result *result);
@@ -649,6 +666,16 @@ PSURF_API int psurf_exact(void);
 #if defined(PSURF_IMPLEMENTATION) && !defined(PSURF_IMPLEMENTATION_DONE)
 #define PSURF_IMPLEMENTATION_DONE
 
+#ifndef PSURF_NO_STDLIB
+#include <stdlib.h>
+#endif
+#ifdef PSURF_SQRT
+#define PSURF__SQRT(x) PSURF_SQRT(x)
+#else
+#include <math.h>
+#define PSURF__SQRT(x) sqrt(x)     /* of a double; rounded to float it is the float square root */
+#endif
+
 /* The promise of equal bits needs every product rounded before it is added. Compilers may not fuse
    the two here, whatever flags the rest of the program is built with; the state is restored at the
    end of the file. (clang ignores this under -ffast-math and -ffp-contract=fast: psurf_exact.) */
@@ -667,14 +694,6 @@ PSURF_API int psurf_exact(void);
 #elif defined(_MSC_VER)
 #pragma float_control(precise, on, push)
 #pragma fp_contract(off)
-#endif
-
-#ifndef PSURF_NO_STDLIB
-#include <stdlib.h>
-#endif
-#ifndef PSURF_SQRT
-#include <math.h>
-#define PSURF_SQRT(x) sqrt(x)      /* of a double; rounded to float it is the float square root */
 #endif
 
 /* The GPU reads these structs as arrays of uint: no padding, fixed order. */
@@ -770,7 +789,7 @@ static psurf__v3 psurf__cross(psurf__v3 a, psurf__v3 b)
 
 static psurf_real psurf__sqrt(psurf_real x)
 {
-    return (psurf_real)PSURF_SQRT((double)x);
+    return (psurf_real)PSURF__SQRT((double)x);
 }
 
 static psurf_real psurf__abs(psurf_real x)
@@ -833,7 +852,7 @@ static double psurf__asin(double x)
     int k;
     for (k = 0; k < 3; k++) {
         double rest = 1 - x * x;
-        x = x / PSURF_SQRT(2 * (1 + PSURF_SQRT(rest > 0 ? rest : 0)));
+        x = x / PSURF__SQRT(2 * (1 + PSURF__SQRT(rest > 0 ? rest : 0)));
     }
     y = x * x;
     return 8 * x * (1 + y * (1.0 / 6 + y * (3.0 / 40 + y * (15.0 / 336 + y * (105.0 / 3456 +
@@ -977,11 +996,14 @@ static psurf_kind psurf__facet_kind(const psurf_topology *t, uint32_t facet)
     return (psurf_kind)k;
 }
 
-static uint32_t psurf__kind_sides(psurf_kind kind)
-{
-    static const unsigned char sides[PSURF_KIND_COUNT] = {4, 3, 3, 4, 5};
-    return sides[kind];
-}
+/* What the chapters share about kinds; how they are evaluated stands in chapter 6. */
+typedef struct psurf__kind_facts { const char *name; uint32_t sides, points; } psurf__kind_facts;
+
+static const psurf__kind_facts psurf__kind_table[PSURF_KIND_COUNT] = {
+    {"bicubic", 4, 16}, {"polar", 3, 13}, {"p3", 3, 19}, {"p4", 4, 25}, {"p5", 5, 31}
+};
+
+static uint32_t psurf__kind_sides(psurf_kind kind) { return psurf__kind_table[kind].sides; }
 
 /* The spokes of a ring, and those around a spoke: PSURF_NONE beyond the ends of an open ring. */
 static uint32_t psurf__valence(const psurf_ring *ring)
@@ -999,6 +1021,14 @@ static uint32_t psurf__previous_spoke(const psurf_ring *ring, uint32_t spoke)
 {
     if (spoke > ring->first_spoke) return spoke - 1;
     return ring->valence & PSURF_RING_OPEN ? PSURF_NONE : spoke + psurf__valence(ring) - 1;
+}
+
+/* The spoke whose blend ratio counts: that of the next ring where two rings share one. */
+static uint32_t psurf__ratio_spoke(const psurf_topology *t, const psurf_ring *ring, uint32_t spoke)
+{
+    if (psurf__next_spoke(ring, spoke) != PSURF_NONE || t->spokes[spoke].after == PSURF_NONE)
+        return spoke;
+    return t->spokes[spoke].after;
 }
 
 /* First corner of a facet of a known kind. */
@@ -1136,7 +1166,8 @@ static psurf_result psurf__check_positions(psurf__builder *b)
     uint32_t v;
     if (!d->positions) return PSURF_OK;
     for (v = 0; v < b->vertices; v++)
-        if (!psurf__finite3(psurf__get(d->positions + v * stride)))
+        if (b->first_corner[v] != PSURF_NONE &&
+            !psurf__finite3(psurf__get(d->positions + v * stride)))
             return psurf__fail(b, PSURF_NOT_FINITE, PSURF_NONE, PSURF_NONE, v, PSURF_NONE);
     return PSURF_OK;
 }
@@ -1288,6 +1319,19 @@ static psurf_result psurf__apply_tags(psurf__builder *b)
         b->vertex_flag[d->corners[i]] = 1;
     }
     return PSURF_OK;
+}
+
+static void psurf__count_valences(psurf__builder *b)
+{
+    uint32_t *count = b->count, v, c;
+    for (v = 0; v < b->vertices; v++) count[v] = 0;
+    for (c = 0; c < b->corners; c++)
+        if (b->twin[c] == PSURF_NONE || b->twin[c] > c) {
+            count[b->vertex[c]]++;
+            count[b->vertex[b->next[c]]]++;
+        }
+    for (v = 0; v < b->vertices; v++)
+        if (count[v] > b->max_valence) b->max_valence = count[v];
 }
 
 /* ---- fans ---- */
@@ -1523,17 +1567,24 @@ static uint32_t psurf__wide_wedge(const psurf__builder *b, const psurf__fan *fan
     return wide;
 }
 
+/* Whether a fan is one face at a boundary, or the two pieces of one that was split. */
+static int psurf__has_one_face(const psurf__builder *b, const psurf__fan *fan)
+{
+    if (!fan->open || fan->facets > 2) return 0;
+    return fan->facets == 1 ||
+           b->edge[psurf__counter_clockwise(b, fan->start)] == PSURF_INNER_EDGE;
+}
+
 /* The rings of one fan: a closed one, or one per wedge between sharp spokes. */
 static psurf_result psurf__walk_fan(psurf__builder *b, uint32_t corner)
 {
     const psurf__fan fan = psurf__find_fan(b, corner);
     const uint32_t v = b->vertex[corner];
     const int flagged = v < b->vertices && b->vertex_flag[v];
-    const int is_corner = fan.sharp > 2 || flagged || fan.facets == 1;
+    const int is_corner = fan.sharp > 2 || flagged || psurf__has_one_face(b, &fan);
     uint32_t c = fan.start, edges = fan.facets + (uint32_t)fan.open, wide = PSURF_NONE;
     if (edges > PSURF_MAX_VALENCE)
         return psurf__fail(b, PSURF_TOO_LARGE, PSURF_NONE, PSURF_NONE, v, PSURF_NONE);
-    if (v < b->vertices && edges > b->max_valence) b->max_valence = edges;
     if (fan.sharp < 2) {
         psurf__make_ring(b, c, 0);
         return PSURF_OK;
@@ -1717,7 +1768,7 @@ static void psurf__fill_trig(const psurf__builder *b, psurf_topology *t)
             rows[1 + j].s = (psurf_real)s;
         }
         psurf__cos_sin(1, n, &c, &s);
-        lambda = (c + 5 + PSURF_SQRT((c + 9) * (c + 1))) / 16;                  /* eq. 15 */
+        lambda = (c + 5 + PSURF__SQRT((c + 9) * (c + 1))) / 16;                  /* eq. 15 */
         rows[0].c = (psurf_real)(9 / ((double)n * ((double)n + 5)));            /* eq. 13 */
         rows[0].s = (psurf_real)(1 / (2 * (double)n * lambda));                 /* eq. 15 */
     }
@@ -1806,31 +1857,38 @@ static void psurf__fill_facets(psurf__builder *b, psurf_topology *t)
     }
 }
 
-/* The ring of a corner if it is wide, else NULL; the corner may be PSURF_NONE. */
-static const psurf_ring *psurf__wide_ring(const psurf__builder *b, uint32_t c)
+static int psurf__is_wide(const psurf__builder *b, uint32_t c)
 {
-    if (c == PSURF_NONE || !(b->rings[b->ring[c]].valence & PSURF_RING_WIDE)) return NULL;
-    return &b->rings[b->ring[c]];
+    return c != PSURF_NONE && (b->rings[b->ring[c]].valence & PSURF_RING_WIDE);
 }
 
-/* The last spoke of an open ring starts no facet of it; its other fields name the far spokes of a
-   wide neighbour, whose tangents the shared spokes have. */
+/* The last spoke of an open ring starts no facet of it. Its other fields name the spoke that
+   carries the blend ratio of both, and the far spoke of a wide neighbour, whose tangents shared
+   spokes have. A vertex has one wide side at most, and then never just one other side in a closed
+   fan: so no ring has it on both sides. */
 static void psurf__fill_last_spokes(psurf__builder *b, psurf_topology *t)
 {
     uint32_t r, i;
     for (r = 0; r < b->ring_count; r++) {
-        const psurf_ring *ring = &b->rings[r], *before, *after;
+        psurf_ring *ring = &t->rings[r];
         const uint32_t n = psurf__ring_facets(ring);
-        uint32_t c = b->ring_corner[r];
+        uint32_t c = b->ring_corner[r], before, after;
         psurf_spoke *last;
         if (!(ring->valence & PSURF_RING_OPEN)) continue;
-        before = psurf__wide_ring(b, psurf__clockwise(b, c));
+        before = psurf__clockwise(b, c);
         for (i = 1; i < n; i++) c = psurf__counter_clockwise(b, c);
-        after = psurf__wide_ring(b, psurf__counter_clockwise(b, c));
+        after = psurf__counter_clockwise(b, c);
         last = &t->spokes[ring->first_spoke + n];
         last->end = b->vertex[b->prev[c]];
-        last->after = after ? after->first_spoke + psurf__ring_facets(after) : PSURF_NONE;
-        last->before = before ? before->first_spoke : PSURF_NONE;
+        last->after = after == PSURF_NONE ? PSURF_NONE : b->spoke[after];
+        last->before = PSURF_NONE;
+        if (psurf__is_wide(b, after)) {
+            ring->valence |= PSURF_RING_WIDE_NEXT;
+            last->before = last->after + psurf__ring_facets(&b->rings[b->ring[after]]);
+        } else if (psurf__is_wide(b, before)) {
+            ring->valence |= PSURF_RING_WIDE_LAST;
+            last->before = b->rings[b->ring[before]].first_spoke;
+        }
     }
 }
 
@@ -1886,11 +1944,12 @@ static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes,
 /* From faces to connected faces. */
 static psurf_result psurf__connect(psurf__builder *b)
 {
-    psurf_result result = psurf__check_positions(b);
-    if (result == PSURF_OK) result = psurf__link_faces(b);
+    psurf_result result = psurf__link_faces(b);
+    if (result == PSURF_OK) result = psurf__check_positions(b);
     if (result == PSURF_OK) result = psurf__pair_half_edges(b);
     if (result == PSURF_OK) result = psurf__apply_tags(b);
     if (result != PSURF_OK) return result;
+    psurf__count_valences(b);
     psurf__mark_splits(b);
     return psurf__count_facets(b);
 }
@@ -2036,7 +2095,8 @@ static uint32_t psurf__spoke_in_ring(const psurf_topology *t, uint32_t ring, uin
     const psurf_ring *r = &t->rings[ring];
     uint32_t j, n = psurf__valence(r);
     for (j = 0; j < n; j++)
-        if (t->spokes[r->first_spoke + j].end == end) return r->first_spoke + j;
+        if (t->spokes[r->first_spoke + j].end == end)
+            return psurf__ratio_spoke(t, r, r->first_spoke + j);
     return PSURF_NONE;
 }
 
@@ -2112,9 +2172,11 @@ static psurf__v3 psurf__position(const psurf__control *control, uint32_t point)
     return psurf__get(control->positions + point * control->stride);
 }
 
-static psurf_real psurf__blend(const psurf__control *control, uint32_t spoke)
+static psurf_real psurf__blend(const psurf_topology *t, const psurf__control *control,
+                               const psurf_ring *ring, uint32_t spoke)
 {
-    return control->blends ? control->blends[spoke] : PSURF__R(2.0 / 3.0);
+    if (!control->blends) return PSURF__R(2.0 / 3.0);
+    return control->blends[psurf__ratio_spoke(t, ring, spoke)];
 }
 
 /* The mean of the corners of a split face: corner 0 of each of its pieces. */
@@ -2170,8 +2232,9 @@ static psurf__v3 psurf__ring_face_point(const psurf_topology *t, const psurf__co
     psurf__v3 after = psurf__sub(psurf__position(control, t->spokes[spoke].after), p);
     psurf__v3 before = psurf__sub(psurf__position(control, t->spokes[spoke].before), p);
     if (!control->blends) return psurf__face_offset(end, next_end, after, before);
-    return psurf__face_offset_blended(end, next_end, after, before, control->blends[spoke],
-                                      control->blends[next]);
+    return psurf__face_offset_blended(end, next_end, after, before,
+                                      psurf__blend(t, control, ring, spoke),
+                                      psurf__blend(t, control, ring, next));
 }
 
 /* A closed ring: face points, limit point, tangents T1 and T2, tangent points. Sums run over
@@ -2203,10 +2266,23 @@ static void psurf__closed_ring(const psurf_patches *patches, const psurf__contro
 
 /* The end point e_s - p of the crease curve on a sharp spoke. */
 static psurf__v3 psurf__sharp_offset(const psurf_topology *t, const psurf__control *control,
-                                     psurf__v3 p, uint32_t spoke)
+                                     const psurf_ring *ring, psurf__v3 p, uint32_t spoke)
 {
     return psurf__mul(psurf__sub(psurf__position(control, t->spokes[spoke].end), p),
-                      psurf__blend(control, spoke) * PSURF__R(0.5));
+                      psurf__blend(t, control, ring, spoke) * PSURF__R(0.5));
+}
+
+/* The same of the far spoke of a wide neighbour. */
+static psurf__v3 psurf__far_offset(const psurf_topology *t, const psurf__control *control,
+                                   const psurf_ring *ring, psurf__v3 p)
+{
+    const uint32_t far = t->spokes[ring->first_spoke + psurf__valence(ring) - 1].before;
+    psurf__v3 e = psurf__sub(psurf__position(control, t->spokes[far].end), p);
+    uint32_t ratio = far;                               /* it ends the wide ring, or begins it */
+    if ((ring->valence & PSURF_RING_WIDE_NEXT) && t->spokes[far].after != PSURF_NONE)
+        ratio = t->spokes[far].after;
+    return psurf__mul(e, (control->blends ? control->blends[ratio] : PSURF__R(2.0 / 3.0)) *
+                             PSURF__R(0.5));
 }
 
 /* Limit point v of an open ring, and the offsets d from it of the tangent points on its two sharp
@@ -2216,10 +2292,9 @@ static void psurf__sharp_ends(const psurf_topology *t, const psurf__control *con
                               const psurf_ring *ring, psurf__v3 p, psurf__v3 *v, psurf__v3 d[2])
 {
     const uint32_t first = ring->first_spoke, last = first + psurf__valence(ring) - 1;
-    const uint32_t far_last = t->spokes[last].after, far_first = t->spokes[last].before;
-    psurf__v3 a = psurf__sharp_offset(t, control, p, first);
-    psurf__v3 b = psurf__sharp_offset(t, control, p, last);
     const psurf_real half = PSURF__R(0.5);
+    psurf__v3 a = psurf__sharp_offset(t, control, ring, p, first);
+    psurf__v3 b = psurf__sharp_offset(t, control, ring, p, last), far;
     *v = p;
     d[0] = a;
     d[1] = b;
@@ -2227,11 +2302,11 @@ static void psurf__sharp_ends(const psurf_topology *t, const psurf__control *con
         if (!(ring->valence & PSURF_RING_WIDE)) *v = psurf__mad(p, half, psurf__add(a, b));
         d[0] = psurf__mul(psurf__sub(a, b), half);
         d[1] = psurf__mul(psurf__sub(b, a), half);
+    } else if (t->spokes[last].before != PSURF_NONE) {  /* a wide neighbour runs straight */
+        far = psurf__far_offset(t, control, ring, p);
+        if (ring->valence & PSURF_RING_WIDE_LAST) d[0] = psurf__mul(psurf__sub(a, far), half);
+        else d[1] = psurf__mul(psurf__sub(b, far), half);
     }
-    if (far_first != PSURF_NONE)                        /* a wide neighbour runs straight */
-        d[0] = psurf__mul(psurf__sub(a, psurf__sharp_offset(t, control, p, far_first)), half);
-    if (far_last != PSURF_NONE)
-        d[1] = psurf__mul(psurf__sub(b, psurf__sharp_offset(t, control, p, far_last)), half);
 }
 
 /* An open ring: a boundary, or one side of hard edges (ours; the cut's own row enters no interior
@@ -2462,13 +2537,33 @@ static psurf__v3 psurf__pm_b112_even(psurf__v3 centre, const psurf_real *points,
                                          PSURF__R(1.0 / 16.0), psurf__sub(beyond, opposite)));
 }
 
+/* Takes an origin near by off all that a facet reads at a corner. */
+static void psurf__move_corner(psurf__corner_data *c, psurf__v3 origin)
+{
+    c->v = psurf__sub(c->v, origin);
+    c->t0 = psurf__sub(c->t0, origin);
+    c->t1 = psurf__sub(c->t1, origin);
+    c->f = psurf__sub(c->f, origin);
+    c->fr = psurf__sub(c->fr, origin);
+    c->fl = psurf__sub(c->fl, origin);
+}
+
 /* P3, P4, P5: m sectors of degree 4 round a centre. The patch itself may be write-only memory:
    what is read back comes from a copy on the stack. */
-static void psurf__pm_sectors(const psurf__corner_data *c, uint32_t m, psurf_real *out)
+static void psurf__pm_sectors(psurf__corner_data *c, uint32_t m, psurf_real *out)
 {
     psurf_real points[3 * (PSURF__SECTOR * 5 + 1)];
-    psurf__v3 centre = psurf__pm_centre(c, m), line[3], b202[5];
+    const psurf__v3 origin = c[0].v;
+    psurf__v3 centre, line[3], b202[5];
     uint32_t i, k;
+    for (i = 0; i < m; i++) {
+        psurf_real *sector = out + 3 * PSURF__SECTOR * i;
+        psurf__put(sector + 3 * PSURF__V, c[i].v);
+        psurf__put(sector + 3 * PSURF__T0, c[i].t0);
+        psurf__put(sector + 3 * PSURF__T1, c[psurf__following(i, m)].t1);
+    }
+    for (i = 0; i < m; i++) psurf__move_corner(&c[i], origin);
+    centre = psurf__pm_centre(c, m);
     for (i = 0; i < m; i++) {
         const psurf__corner_data *a = &c[i], *b = &c[psurf__following(i, m)];
         psurf_real *sector = points + 3 * PSURF__SECTOR * i;
@@ -2488,8 +2583,11 @@ static void psurf__pm_sectors(const psurf__corner_data *c, uint32_t m, psurf_rea
         psurf__put(points + 3 * (PSURF__SECTOR * i + PSURF__B112),
                    m == 4 ? psurf__pm_b112_even(centre, points, i)
                           : psurf__pm_b112_odd(centre, b202, m, i));
-    psurf__put(points + 3 * PSURF__SECTOR * m, centre);
-    for (k = 0; k < 3 * (PSURF__SECTOR * m + 1); k++) out[k] = points[k];
+    for (i = 0; i < m; i++)
+        for (k = PSURF__B211; k < PSURF__SECTOR; k++)
+            psurf__put(out + 3 * (PSURF__SECTOR * i + k),
+                       psurf__add(origin, psurf__pm_point(points, i, k)));
+    psurf__put(out + 3 * PSURF__SECTOR * m, psurf__add(origin, centre));
 }
 
 /* 3/2 of the blend ratio at the pole on the spoke of a polar facet's corner. */
@@ -2523,7 +2621,8 @@ static void psurf__pm_facet(const psurf_patches *p, const psurf__control *contro
                    first = psurf__facet_corner(p->topology, kind, facet);
     psurf__corner_data c[5];
     uint32_t i;
-    for (i = 0; i < m; i++) psurf__read_corner(p, first + i, &c[i]);
+    psurf__read_corner(p, first, &c[0]);
+    for (i = 1; i < m; i++) psurf__read_corner(p, first + i, &c[i]);
     if (kind == PSURF_BICUBIC) psurf__pm_bicubic(c, out);
     else if (kind == PSURF_POLAR)
         psurf__pm_polar_facet(p, control, c, psurf__turn(p->topology, facet), first, out);
@@ -2542,12 +2641,6 @@ static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
     {"pm", psurf__pm_facet}
 };
 
-static uint32_t psurf__kind_points(psurf_kind kind)
-{
-    static const unsigned char points[PSURF_KIND_COUNT] = {16, 13, 19, 25, 31};
-    return points[kind];
-}
-
 static psurf_real *psurf__patch_points(const psurf_patches *p, psurf_kind kind, uint32_t facet)
 {
     const size_t index = facet - p->topology->kind_first[kind];
@@ -2564,7 +2657,7 @@ PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_
     for (k = 0; k < PSURF_KIND_COUNT; k++) {
         psurf_kind_block *block = &layout->kind[k];
         block->count = topology->kind_first[k + 1] - topology->kind_first[k];
-        block->points = psurf__kind_points((psurf_kind)k);
+        block->points = psurf__kind_table[k].points;
         psurf__carve(&patches, 0, 1, 256);
         block->offset = patches.used;
         psurf__carve(&patches, block->count, 3 * block->points * sizeof(psurf_real), 1);
@@ -2660,7 +2753,7 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
     patch.kind = psurf__facet_kind(t, index);
     patch.face = t->facets[index].face;
     patch.sector = t->facets[index].piece & 0xFFFFu;
-    patch.point_count = psurf__kind_points(patch.kind);
+    patch.point_count = psurf__kind_table[patch.kind].points;
     patch.points = psurf__patch_points(patches, patch.kind, index);
     return patch;
 }
@@ -2675,6 +2768,8 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
    exact, and every weight is divided once, at the end: so both sides of an edge get the same r, s.
    Triangles: w = weights of the three corners. Quads: 1-u, u, 1-v, v. Sectors: weights of corner i,
    corner i+1, centre. */
+
+enum { PSURF__NET_REALS = 48, PSURF__MAX_SECTORS = 5 };         /* reals of the largest net */
 
 typedef struct psurf__spot {
     uint32_t sector;                    /* of a Pm-patch */
@@ -2748,9 +2843,10 @@ static void psurf__bicubic_locate(uint32_t turn, uint32_t sector, const psurf_re
     psurf__find_quad_edge(spot, w, d);
 }
 
-static const psurf_real *psurf__own_net(const psurf_real *points, uint32_t sector,
+static const psurf_real *psurf__own_net(const psurf_real *points, uint32_t m, uint32_t sector,
                                         psurf_real *store)
 {
+    (void)m;
     (void)sector;
     (void)store;
     return points;
@@ -2954,51 +3050,41 @@ static void psurf__p5_locate(uint32_t turn, uint32_t sector, const psurf_real *w
     if (w[2] <= 0) psurf__set_edge(spot, sector, w[0], w[1], d);
 }
 
-/* The 15 points of sector i, rows of constant distance from the edge: b_jkl at row l, place k. */
+/* The 15 points of sector i, rows of constant distance from the edge: b_jkl at row l, place k. All
+   are relative to the centre of the patch, which follows them: so differences keep all digits. */
 static const unsigned char psurf__row[5] = {0, 5, 9, 12, 14};
 
-static void psurf__sector_net(const psurf_real *points, uint32_t m, uint32_t i, psurf_real *net)
+static const psurf_real *psurf__sector_net(const psurf_real *points, uint32_t m, uint32_t i,
+                                           psurf_real *net)
 {
-    const uint32_t j = psurf__following(i, m);
-    const psurf__v3 a = psurf__pm_point(points, i, PSURF__V),
-                    b = psurf__pm_point(points, j, PSURF__V);
-    const psurf__v3 t0 = psurf__pm_point(points, i, PSURF__T0);
-    const psurf__v3 t1 = psurf__pm_point(points, i, PSURF__T1);
-    psurf__v3 from_a[3], from_b[3];
-    uint32_t l;
-    psurf__pm_inner_line(points, m, i, 3, from_a);
-    psurf__pm_inner_line(points, m, j, 3, from_b);
+    const uint32_t j = psurf__following(i, m), count = PSURF__SECTOR * m;
+    const psurf__v3 centre = psurf__pm_point(points, m, PSURF__V);
+    psurf_real local[3 * PSURF__SECTOR * PSURF__MAX_SECTORS];
+    psurf__v3 from_a[3], from_b[3], a, b, t0, t1;
+    uint32_t l, k;
+    for (k = 0; k < count; k++)
+        psurf__put(local + 3 * k, psurf__sub(psurf__get(points + 3 * k), centre));
+    a = psurf__pm_point(local, i, PSURF__V);
+    b = psurf__pm_point(local, j, PSURF__V);
+    t0 = psurf__pm_point(local, i, PSURF__T0);
+    t1 = psurf__pm_point(local, i, PSURF__T1);
+    psurf__pm_inner_line(local, m, i, 3, from_a);
+    psurf__pm_inner_line(local, m, j, 3, from_b);
     psurf__put(net + 0, a);                                                     /* eq. 2 */
     psurf__put(net + 3, psurf__mix(PSURF__R(0.25), a, PSURF__R(0.75), t0));
     psurf__put(net + 6, psurf__mul(psurf__add(t0, t1), PSURF__R(0.5)));
     psurf__put(net + 9, psurf__mix(PSURF__R(0.25), b, PSURF__R(0.75), t1));
     psurf__put(net + 12, b);
-    psurf__put(net + 18, psurf__pm_point(points, i, PSURF__B211));
-    psurf__put(net + 21, psurf__pm_point(points, i, PSURF__B121));
-    psurf__put(net + 30, psurf__pm_point(points, i, PSURF__B112));
+    psurf__put(net + 18, psurf__pm_point(local, i, PSURF__B211));
+    psurf__put(net + 21, psurf__pm_point(local, i, PSURF__B121));
+    psurf__put(net + 30, psurf__pm_point(local, i, PSURF__B112));
     for (l = 1; l < 4; l++) {
         psurf__put(net + 3 * psurf__row[l], from_a[l - 1]);
         psurf__put(net + 3 * (psurf__row[l] + 4 - l), from_b[l - 1]);
     }
-    psurf__put(net + 42, psurf__pm_point(points, m, PSURF__V));
-}
-
-static const psurf_real *psurf__p3_net(const psurf_real *points, uint32_t sector, psurf_real *store)
-{
-    psurf__sector_net(points, 3, sector, store);
-    return store;
-}
-
-static const psurf_real *psurf__p4_net(const psurf_real *points, uint32_t sector, psurf_real *store)
-{
-    psurf__sector_net(points, 4, sector, store);
-    return store;
-}
-
-static const psurf_real *psurf__p5_net(const psurf_real *points, uint32_t sector, psurf_real *store)
-{
-    psurf__sector_net(points, 5, sector, store);
-    return store;
+    psurf__put(net + 42, psurf__zero());
+    psurf__put(net + 45, centre);
+    return net;
 }
 
 /* Bernstein polynomials of a triangle, row by row as in psurf__row, degree n = 2, 3 or 4. */
@@ -3058,6 +3144,7 @@ static void psurf__sector_jet(const psurf_real *net, const psurf__spot *spot, in
     psurf__triangle_basis(spot->w, 3, b3);
     jet->p = jet->du = jet->dv = psurf__zero();
     for (k = 0; k < 15; k++) jet->p = psurf__mad(jet->p, b4[k], psurf__get(net + 3 * k));
+    jet->p = psurf__add(jet->p, psurf__get(net + 45));
     for (l = 0; l < 4; l++)
         for (k = 0; k + l < 4; k++, at++) {
             jet->du = psurf__mad(jet->du, 4 * b3[at], psurf__net_step(net, k, l, 0));
@@ -3110,35 +3197,33 @@ static void psurf__p5_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *j
 /* ---- the table of kinds ---- */
 
 typedef struct psurf__kind_row {
-    const char *name;
     uint32_t sectors, net_points;
     void (*locate)(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
                    psurf__spot *spot);
-    const psurf_real *(*net)(const psurf_real *points, uint32_t sector, psurf_real *store);
+    const psurf_real *(*net)(const psurf_real *points, uint32_t m, uint32_t sector,
+                             psurf_real *store);
     void (*jet)(const psurf_real *net, const psurf__spot *spot, int second, psurf__jet *jet);
     void (*pull)(const psurf__spot *spot, uint32_t turn, psurf__jet *jet);
     unsigned char edge[5][4];           /* the cubic of each edge: places of v0, t0, t1, v1 */
 } psurf__kind_row;
 
 static const psurf__kind_row psurf__kinds[PSURF_KIND_COUNT] = {
-    {"bicubic", 1, 16, psurf__bicubic_locate, psurf__own_net,
+    {1, 16, psurf__bicubic_locate, psurf__own_net,
      psurf__bicubic_jet, psurf__bicubic_pull,
      {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}},
-    {"polar", 1, 13, psurf__polar_locate, psurf__own_net,
+    {1, 13, psurf__polar_locate, psurf__own_net,
      psurf__polar_jet, psurf__polar_pull,
      {{0, 1, 2, 3}, {3, 7, 11, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {"p3", 3, 15, psurf__p3_locate, psurf__p3_net,
+    {3, 15, psurf__p3_locate, psurf__sector_net,
      psurf__sector_jet, psurf__p3_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {"p4", 4, 15, psurf__p4_locate, psurf__p4_net,
+    {4, 15, psurf__p4_locate, psurf__sector_net,
      psurf__sector_jet, psurf__p4_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 0}, {0, 0, 0, 0}}},
-    {"p5", 5, 15, psurf__p5_locate, psurf__p5_net,
+    {5, 15, psurf__p5_locate, psurf__sector_net,
      psurf__sector_jet, psurf__p5_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}}}
 };
-
-enum { PSURF__NET_REALS = 48, PSURF__MAX_SECTORS = 5 };         /* reals of the largest net */
 
 /* A facet ready to be evaluated. */
 typedef struct psurf__view {
@@ -3190,13 +3275,14 @@ static psurf__v3 psurf__unit_cross(psurf__v3 du, psurf__v3 dv)
     return psurf__mul(n, 1 / psurf__sqrt(q));
 }
 
-/* Moves a spot towards the middle of its domain. */
-static void psurf__move_inside(const psurf__kind_row *row, psurf__spot *spot, psurf_real by)
+/* Moves a spot a little towards the middle of its domain. */
+static void psurf__move_inside(const psurf__kind_row *row, psurf__spot *spot)
 {
     const uint32_t count = row->sectors == 1 ? 4 : 3;
     const psurf_real middle = row->sectors == 1 ? PSURF__R(0.5) : PSURF__R(1.0 / 3.0);
     uint32_t k;
-    for (k = 0; k < count; k++) spot->w[k] = spot->w[k] + by * (middle - spot->w[k]);
+    for (k = 0; k < count; k++)
+        spot->w[k] = spot->w[k] + PSURF__R(1.0 / 1024.0) * (middle - spot->w[k]);
 }
 
 /* The unit normal. Where du and dv are parallel, as on a crease of blend ratio 0, it is the
@@ -3205,16 +3291,12 @@ static psurf__v3 psurf__normal(const psurf__view *view, const psurf_real *net,
                                const psurf__spot *spot, const psurf__jet *jet)
 {
     psurf__v3 n = psurf__unit_cross(jet->du, jet->dv);
-    psurf_real by = PSURF__R(1.0 / 1024.0);
-    psurf__spot inside;
+    psurf__spot inside = *spot;
     psurf__jet near_by;
-    for (; psurf__dot(n, n) <= 0 && by < 1; by *= 16) {
-        inside = *spot;
-        psurf__move_inside(view->row, &inside, by);
-        view->row->jet(net, &inside, 0, &near_by);
-        n = psurf__unit_cross(near_by.du, near_by.dv);
-    }
-    return n;
+    if (psurf__dot(n, n) > 0) return n;
+    psurf__move_inside(view->row, &inside);
+    view->row->jet(net, &inside, 0, &near_by);
+    return psurf__unit_cross(near_by.du, near_by.dv);
 }
 
 /* ---- samples ---- */
@@ -3294,7 +3376,7 @@ static psurf__v3 psurf__eval_sample(const psurf_patches *p, const psurf_sample *
     view = psurf__view_facet(p, psurf__enter_piece(p->topology, place.face, place.size,
                                                    &place.sector, place.w, &outer));
     view.row->locate(view.turn, place.sector, place.w, 1, &spot);
-    net = view.row->net(view.points, spot.sector, store);
+    net = view.row->net(view.points, view.row->sectors, spot.sector, store);
     psurf__evaluate(&view, net, &spot, second, jet);
     n = psurf__normal(&view, net, &spot, jet);
     if (!second) jet->duu = jet->duv = jet->dvv = psurf__zero();
@@ -3519,7 +3601,8 @@ static void psurf__facet_point(psurf__nets *nets, uint32_t facet, uint32_t secto
     nets->view.row->locate(nets->view.turn, sector, w, rate, &spot);
     net = nets->net[spot.sector];
     if (!net) {
-        net = nets->view.row->net(nets->view.points, spot.sector, nets->store[spot.sector]);
+        net = nets->view.row->net(nets->view.points, nets->view.row->sectors, spot.sector,
+                                  nets->store[spot.sector]);
         nets->net[spot.sector] = net;
     }
     psurf__evaluate(&nets->view, net, &spot, 0, &jet);
@@ -3699,26 +3782,32 @@ static psurf_real psurf__corner_weight(const psurf__place *place, uint32_t c)
 
 PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sample *samples,
                                  uint32_t count, const float *corner_values, uint32_t width,
-                                 float *out)
+                                 float *out, size_t out_stride)
 {
     const psurf_topology *t = topology;
+    const size_t step = out_stride ? out_stride / sizeof(float) : width;
     uint32_t i, c, k;
     if (!t->info.faces) return;
-    for (i = 0; i < count; i++) {
+    for (i = 0; i < count; i++, out += step) {
         const psurf__place place = psurf__find_place(t, &samples[i]);
         const size_t first = psurf__face_start(t, place.face).corner;
-        for (k = 0; k < width; k++) {
-            psurf_real sum = 0;
-            for (c = 0; c < place.size; c++)
-                sum += psurf__corner_weight(&place, c) *
-                       PSURF__R(corner_values[(first + c) * width + k]);
-            out[(size_t)i * width + k] = (float)sum;
+        const float *values = corner_values + first * width;
+        for (k = 0; k < width; k++) out[k] = 0;
+        for (c = 0; c < place.size; c++, values += width) {
+            const float weight = (float)psurf__corner_weight(&place, c);
+            for (k = 0; k < width; k++) out[k] += weight * values[k];
         }
     }
 }
 
 /* >>8 INTERROGATION ===========================================================================
    Curvature, gaps and normal jumps, bounds: reads what the chapters before made. */
+
+/* In double, where fourth powers of lengths neither overflow nor vanish. */
+static double psurf__wide_dot(psurf__v3 a, psurf__v3 b)
+{
+    return ((double)a.x * (double)b.x + (double)a.y * (double)b.y) + (double)a.z * (double)b.z;
+}
 
 PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample *samples,
                                uint32_t count, psurf_real *gauss, psurf_real *mean)
@@ -3728,14 +3817,14 @@ PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample 
     for (i = 0; i < count; i++) {
         psurf__jet j;
         psurf__v3 normal = psurf__eval_sample(patches, &samples[i], 1, &j);
-        psurf_real e = psurf__dot(j.du, j.du), f = psurf__dot(j.du, j.dv),
-                   g = psurf__dot(j.dv, j.dv);
-        psurf_real l = psurf__dot(j.duu, normal), m = psurf__dot(j.duv, normal);
-        psurf_real n = psurf__dot(j.dvv, normal), area = e * g - f * f;
+        const double e = psurf__wide_dot(j.du, j.du), f = psurf__wide_dot(j.du, j.dv);
+        const double g = psurf__wide_dot(j.dv, j.dv), l = psurf__wide_dot(j.duu, normal);
+        const double m = psurf__wide_dot(j.duv, normal), n = psurf__wide_dot(j.dvv, normal);
+        const double area = e * g - f * f, zero = 0;
         const int exists = j.curved && area > 0 && psurf__dot(normal, normal) > 0;
-        const psurf_real zero = 0;
-        if (gauss) gauss[i] = exists ? (l * n - m * m) / area : zero / zero;
-        if (mean) mean[i] = exists ? (e * n - 2 * (f * m) + g * l) / (2 * area) : zero / zero;
+        if (gauss) gauss[i] = PSURF__R(exists ? (l * n - m * m) / area : zero / zero);
+        if (mean)
+            mean[i] = PSURF__R(exists ? (e * n - 2 * (f * m) + g * l) / (2 * area) : zero / zero);
     }
 }
 
@@ -3884,7 +3973,7 @@ static double psurf__angle(psurf__v3 a, psurf__v3 b)
 {
     double x = (double)a.x - (double)b.x, y = (double)a.y - (double)b.y,
            z = (double)a.z - (double)b.z;
-    double half = PSURF_SQRT(x * x + y * y + z * z) / 2;
+    double half = PSURF__SQRT(x * x + y * y + z * z) / 2;
     return 2 * psurf__asin(half < 1 ? half : 1) * 57.295779513082320877;
 }
 
@@ -3903,8 +3992,8 @@ static void psurf__check_edge(const psurf_patches *patches, const psurf__control
     ends[0] = &t->corners[t->edges[edge].corner];
     ends[1] = &t->corners[t->edges[edge].other];
     sharp = ((ends[0]->edge ^ ends[1]->edge) & ~PSURF_WRITER) != 0 ||
-            psurf__blend(control, ends[0]->spoke) <= 0 ||
-            psurf__blend(control, ends[1]->spoke) <= 0;
+            (control->blends && (control->blends[ends[0]->spoke] <= 0 ||
+                                 control->blends[ends[1]->spoke] <= 0));
     degenerate = psurf__is_degenerate(t, control, &a) || psurf__is_degenerate(t, control, &b) ||
         psurf__distance(psurf__corner_position(t, control, t->edges[edge].corner),
                         psurf__corner_position(t, control, t->edges[edge].other)) < shortest;
@@ -3953,12 +4042,14 @@ PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_con
     return PSURF_OK;
 }
 
-static void psurf__grow(psurf_real *box, const psurf_real *points, uint32_t count)
+/* Grows a box by the points of a net; sectors have the origin of theirs behind them. */
+static void psurf__grow(psurf_real *box, const psurf__kind_row *row, const psurf_real *net)
 {
+    const psurf_real *origin = row->sectors > 1 ? net + 3 * row->net_points : NULL;
     uint32_t i, k;
-    for (i = 0; i < count; i++)
+    for (i = 0; i < row->net_points; i++)
         for (k = 0; k < 3; k++) {
-            const psurf_real x = points[3 * i + k];
+            const psurf_real x = origin ? net[3 * i + k] + origin[k] : net[3 * i + k];
             if (x < box[k]) box[k] = x;
             if (x > box[k + 3]) box[k + 3] = x;
         }
@@ -3977,7 +4068,8 @@ static void psurf__face_box(const psurf_patches *patches, uint32_t face, psurf_r
         const psurf__view view = psurf__view_facet(patches, first + p);
         for (k = 0; k < 6 && p == 0; k++) box[k] = view.points[k % 3];
         for (i = 0; i < view.row->sectors; i++)
-            psurf__grow(box, view.row->net(view.points, i, store), view.row->net_points);
+            psurf__grow(box, view.row,
+                        view.row->net(view.points, view.row->sectors, i, store));
     }
     for (k = 0; k < 6; k++)
         if (psurf__abs(box[k]) > size) size = psurf__abs(box[k]);
@@ -4097,7 +4189,7 @@ PSURF_API const char *psurf_scheme_name(psurf_scheme scheme)
 
 PSURF_API const char *psurf_kind_name(psurf_kind kind)
 {
-    return (uint32_t)kind < PSURF_KIND_COUNT ? psurf__kinds[kind].name : NULL;
+    return (uint32_t)kind < PSURF_KIND_COUNT ? psurf__kind_table[kind].name : NULL;
 }
 
 PSURF_API uint32_t psurf_version(void) { return PSURF_VERSION; }
@@ -4121,8 +4213,7 @@ PSURF_API int psurf_exact(void)
     volatile psurf_real minus = -(1 + 2 * small);
     sum = square * square + minus;                      /* small^2 if fused, 0 if rounded between */
     if (sum > 0 || sum < 0) return 0;
-    sum = one + small * small / 2;                      /* beyond the last place: lost, */
-    sum = (one + small * small / 2) - one;              /* unless registers are wider (x87) */
+    sum = (one + small * small / 2) - one;              /* lost, unless registers are wider */
     if (sum > 0) return 0;
     half = tiny / 2;                                    /* subnormal: 0 under FTZ */
     sum = half * 2;                                     /* 0 under DAZ */
@@ -4131,14 +4222,16 @@ PSURF_API int psurf_exact(void)
 }
 
 #undef PSURF__R
+#undef PSURF__SQRT
 #undef PSURF__CARVE
 #undef PSURF__CARVE_TABLE
 #undef PSURF__ASSERT_SIZE
 #if defined(__clang__)
 #if defined(__x86_64__) || defined(__i386__)
 #pragma float_control(pop)
-#endif
+#else
 #pragma STDC FP_CONTRACT DEFAULT
+#endif
 #elif defined(__GNUC__)
 #pragma GCC pop_options
 #elif defined(_MSC_VER)

@@ -3,10 +3,10 @@
        cc -O2 patchsurf.c -o patchsurf -lm
        ./patchsurf --help
 
-   From top to bottom: messages, memory, the OBJ reader, the surface, output files, the writers, one
-   function per command, the command line. A problem with the input ends the program in fail(): one
-   line that names the file, the line and the cause, exit status 2, and no output file. Numbers are
-   read and written by libc in the "C" locale, because nothing here calls setlocale(). */
+   From top to bottom: messages, memory, the readers of OBJ and PLY, the surface, output files, the
+   writers, one function per command, the command line. A problem with the input ends the program in
+   fail(): one line that names the file, the line and the cause, exit status 2, and no output file.
+   Numbers are read and written by libc in the "C" locale: nothing here calls setlocale(). */
 
 #ifndef _WIN32
 #define _POSIX_C_SOURCE 200809L         /* isatty, fileno, stat */
@@ -166,15 +166,18 @@ static void *reserve(array *a, size_t count, size_t size)
 
 /* ---- the input mesh -------------------------------------------------------------------------- */
 
-typedef struct crease { uint32_t v0, v1, line, order; float sharpness; } crease;
+/* What the file says of an edge, or of a vertex: then v0 and v1 are the same. */
+typedef struct tag { uint32_t v0, v1, line, order; float sharpness; } tag;
+enum { HARD_FROM = 10 };                /* the sharpness that OpenSubdiv takes for infinite */
 
 typedef struct mesh {
     const char *name;                   /* of the file, for messages */
+    uint32_t first;                     /* number of the first vertex in the file: 0 or 1 */
     array positions;                    /* float[3] per vertex */
-    array sizes, lines;                 /* uint32_t per face: corners; line of the file */
+    array sizes, lines;                 /* uint32_t per face: corners; line of the file, or none */
     array corners;                      /* uint32_t per face corner: vertex */
     array uvs;                          /* float[2] per face corner, or none */
-    array creases;                      /* crease per tagged edge */
+    array creases, sharp_corners;       /* tag per tagged edge and vertex */
 } mesh;
 
 static uint32_t u32_at(const array *a, size_t i) { return ((const uint32_t *)a->data)[i]; }
@@ -191,6 +194,28 @@ static void free_mesh(mesh *m)
     free(m->corners.data);
     free(m->uvs.data);
     free(m->creases.data);
+    free(m->sharp_corners.data);
+}
+
+/* Ends the program with something about a face, found by its line or else by its number. */
+static NORETURN void fail_face(const mesh *m, size_t face, const char *message)
+{
+    if (face < m->lines.count) fail(m->name, u32_at(&m->lines, face), "%s", message);
+    fail(m->name, 0, "face %zu, counting from 0: %s", face, message);
+}
+
+/* The corners since the last face make one more; line 0: the file has no lines. */
+static void end_face(mesh *m, size_t first_corner, uint32_t line)
+{
+    size_t size = m->corners.count - first_corner;
+    char message[80];
+    if (line) push_u32(&m->lines, line);
+    if (size < 3 || size > PSURF_MAX_FACE_SIZE) {
+        snprintf(message, sizeof message, "face has %zu corners; from 3 to %u will do", size,
+                 PSURF_MAX_FACE_SIZE);
+        fail_face(m, m->sizes.count, message);
+    }
+    push_u32(&m->sizes, (uint32_t)size);
 }
 
 /* The whole file, with a 0 behind it that stops strtof. */
@@ -212,63 +237,20 @@ static char *read_all(const char *name, const char *path, size_t *size)
     return data;
 }
 
-/* ---- Wavefront OBJ: words -------------------------------------------------------------------- */
+/* ---- words ----------------------------------------------------------------------------------- */
 
 typedef struct word { const char *text, *end; } word;   /* empty: text == end */
-
-/* What can be referred to before it is read: checked at the end of the file. */
-enum { VERTEX, UV, NORMAL, CREASE_VERTEX, CORNER_VERTEX, REFERENCE_COUNT };
-static const char *const reference_names[REFERENCE_COUNT] = {
-    "face refers to vertex", "face refers to texture coordinate", "face refers to normal",
-    "crease tag, where counting starts at 0, refers to vertex",
-    "corner tag, where counting starts at 0, refers to vertex",
-};
-
-typedef struct obj_reader {
-    mesh *mesh;
-    const char *at, *end;
-    uint32_t line, statement;           /* where we are; where this statement began */
-    array uvs, corner_uvs;              /* float[2] per vt; uint32_t per face corner, or NONE */
-    size_t normals;                     /* vn lines */
-    struct { int64_t index; uint32_t line; } highest[REFERENCE_COUNT];  /* counted from 0 */
-    uint32_t ignored_tags, ignored_tag_line;
-} obj_reader;
+typedef struct cursor { const char *at, *end; uint32_t line; } cursor;
 
 static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 static bool is_break(char c) { return c == '\n' || c == '\r'; }
 
 /* Steps over one line break: LF, CR LF or CR. */
-static void skip_break(obj_reader *r)
+static void skip_break(cursor *c)
 {
-    if (r->end - r->at >= 2 && r->at[0] == '\r' && r->at[1] == '\n') r->at++;
-    r->at++;
-    r->line++;
-}
-
-static bool at_continuation(const obj_reader *r)
-{
-    return r->end - r->at >= 2 && r->at[0] == '\\' && is_break(r->at[1]);
-}
-
-/* The next word of the statement, empty at its end. A backslash at the end of a line joins the next
-   line to it, except in a comment, where it is often the end of a path. */
-static word next_word(obj_reader *r)
-{
-    word w;
-    while (r->at < r->end && (is_blank(*r->at) || at_continuation(r))) {
-        bool joined = !is_blank(*r->at);
-        r->at++;
-        if (joined) skip_break(r);
-    }
-    if (r->at < r->end && *r->at == '#') {
-        while (r->at < r->end && !is_break(*r->at)) r->at++;
-    }
-    w.text = r->at;
-    while (r->at < r->end && !is_blank(*r->at) && !is_break(*r->at) && !at_continuation(r)) {
-        r->at++;
-    }
-    w.end = r->at;
-    return w;
+    if (c->end - c->at >= 2 && c->at[0] == '\r' && c->at[1] == '\n') c->at++;
+    c->at++;
+    c->line++;
 }
 
 static bool word_is(word w, const char *text)
@@ -291,14 +273,17 @@ static const char *quoted(word w)
     return text;
 }
 
-static float to_float(const obj_reader *r, word w)
+/* as_float: rounded once, to a float, which it must not exceed. */
+static double to_number(const mesh *m, uint32_t line, word w, bool as_float)
 {
     char *end = NULL;
-    float value = 0;
-    /* strtof would also take hexadecimal numbers and names of infinities. */
-    if (strspn(w.text, "+-.0123456789eE") >= (size_t)(w.end - w.text)) value = strtof(w.text, &end);
+    double value = 0;
+    /* strtod would also take hexadecimal numbers and names of infinities. */
+    if (strspn(w.text, "+-.0123456789eE") >= (size_t)(w.end - w.text)) {
+        value = as_float ? (double)strtof(w.text, &end) : strtod(w.text, &end);
+    }
     if (w.text == w.end || end != w.end || !isfinite(value)) {
-        fail(r->mesh->name, r->statement, "%s is not a finite number", quoted(w));
+        fail(m->name, line, "%s is not a finite number", quoted(w));
     }
     return value;
 }
@@ -317,6 +302,56 @@ static bool scan_integer(const char **at, const char *end, int64_t *value)
 }
 
 /* ---- Wavefront OBJ: statements --------------------------------------------------------------- */
+
+/* What can be referred to before it is read: checked at the end of the file. */
+enum { VERTEX, UV, NORMAL, CREASE_VERTEX, CORNER_VERTEX, REFERENCE_COUNT };
+static const char *const reference_names[REFERENCE_COUNT] = {
+    "face refers to vertex", "face refers to texture coordinate", "face refers to normal",
+    "crease tag, where counting starts at 0, refers to vertex",
+    "corner tag, where counting starts at 0, refers to vertex",
+};
+
+typedef struct obj_reader {
+    mesh *mesh;
+    cursor in;
+    uint32_t statement;                 /* line where this statement began */
+    array uvs, corner_uvs;              /* float[2] per vt; uint32_t per face corner, or NONE */
+    size_t normals;                     /* vn lines */
+    struct { int64_t index; uint32_t line; } highest[REFERENCE_COUNT];  /* counted from 0 */
+    uint32_t ignored_tags, ignored_tag_line;
+} obj_reader;
+
+static bool at_continuation(const cursor *c)
+{
+    return c->end - c->at >= 2 && c->at[0] == '\\' && is_break(c->at[1]);
+}
+
+/* The next word of the statement, empty at its end. A backslash at the end of a line joins the next
+   line to it, except in a comment, where it is often the end of a path. */
+static word next_word(obj_reader *r)
+{
+    cursor *c = &r->in;
+    word w;
+    while (c->at < c->end && (is_blank(*c->at) || at_continuation(c))) {
+        bool joined = !is_blank(*c->at);
+        c->at++;
+        if (joined) skip_break(c);
+    }
+    if (c->at < c->end && *c->at == '#') {
+        while (c->at < c->end && !is_break(*c->at)) c->at++;
+    }
+    w.text = c->at;
+    while (c->at < c->end && !is_blank(*c->at) && !is_break(*c->at) && !at_continuation(c)) {
+        c->at++;
+    }
+    w.end = c->at;
+    return w;
+}
+
+static float to_float(const obj_reader *r, word w)
+{
+    return (float)to_number(r->mesh, r->statement, w, true);
+}
 
 static uint32_t refer(obj_reader *r, int what, int64_t index)
 {
@@ -361,16 +396,10 @@ static void read_face_corner(obj_reader *r, word w)
 
 static void read_face(obj_reader *r)
 {
-    size_t first = r->mesh->corners.count, size;
+    size_t first = r->mesh->corners.count;
     word w;
     while (w = next_word(r), w.text < w.end) read_face_corner(r, w);
-    size = r->mesh->corners.count - first;
-    if (size < 3 || size > PSURF_MAX_FACE_SIZE) {
-        fail(r->mesh->name, r->statement, "face has %zu corners; from 3 to %u will do", size,
-             PSURF_MAX_FACE_SIZE);
-    }
-    push_u32(&r->mesh->sizes, (uint32_t)size);
-    push_u32(&r->mesh->lines, r->statement);
+    end_face(r->mesh, first, r->statement);
 }
 
 static void read_position(obj_reader *r)
@@ -400,35 +429,33 @@ static int64_t read_tag_integer(obj_reader *r)
     return value;
 }
 
-static void read_crease(obj_reader *r, int64_t vertices, int64_t sharpnesses)
+/* Tags of edges (ends 2) or vertices (ends 1), with one sharpness for all or one for each. */
+static void read_sharpness(obj_reader *r, array *tags, int ends, int64_t vertices, int64_t values)
 {
-    array *creases = &r->mesh->creases;
-    size_t first = creases->count, i;
-    if (vertices < 2 || vertices % 2 || (sharpnesses != 1 && sharpnesses != vertices / 2)) {
-        fail(r->mesh->name, r->statement,
-             "crease tag needs two vertices an edge, and one sharpness or one for each edge");
+    size_t first = tags->count, i;
+    int what = ends == 2 ? CREASE_VERTEX : CORNER_VERTEX;
+    if (vertices < ends || vertices % ends || (values != 1 && values != vertices / ends)) {
+        fail(r->mesh->name, r->statement, "%s, and one sharpness or one for each", ends == 2
+             ? "crease tag needs two vertices an edge" : "corner tag needs vertices");
     }
-    for (; vertices > 0; vertices -= 2) {
-        uint32_t a = refer(r, CREASE_VERTEX, read_tag_integer(r));
-        uint32_t b = refer(r, CREASE_VERTEX, read_tag_integer(r));
-        crease *c = push(creases, sizeof *c);
-        c->v0 = a < b ? a : b;
-        c->v1 = a < b ? b : a;
-        c->line = r->statement;
-        c->order = (uint32_t)creases->count;
+    for (; vertices > 0; vertices -= ends) {
+        uint32_t a = refer(r, what, read_tag_integer(r));
+        uint32_t b = ends == 2 ? refer(r, what, read_tag_integer(r)) : a;
+        tag *t = push(tags, sizeof *t);
+        t->v0 = a < b ? a : b;
+        t->v1 = a < b ? b : a;
+        t->line = r->statement;
+        t->order = (uint32_t)tags->count;
     }
-    for (i = first; i < creases->count; i++) {
-        crease *c = (crease *)creases->data + i;
-        c->sharpness = i == first || sharpnesses > 1 ? to_float(r, next_word(r)) : c[-1].sharpness;
-        if (c->sharpness >= 10) {
-            fail(r->mesh->name, r->statement,
-                 "sharpness 10 and above makes a hard edge, which this version does not have");
-        }
+    for (i = first; i < tags->count; i++) {
+        tag *t = (tag *)tags->data + i;
+        t->sharpness = i == first || values > 1 ? to_float(r, next_word(r)) : t[-1].sharpness;
     }
 }
 
-/* t NAME INTEGERS/FLOATS/STRINGS values: the tags of OpenSubdiv's regression shapes. What is said
-   of corners and boundaries has no effect on closed meshes without hard edges. */
+/* t NAME INTEGERS/FLOATS/STRINGS values: the tags of OpenSubdiv's regression shapes. What
+   interpolateboundary asks for is what boundaries are here anyway: smooth, with corners at vertices
+   of one face. */
 static void read_tag(obj_reader *r)
 {
     word name = next_word(r), counts = next_word(r);
@@ -445,15 +472,15 @@ static void read_tag(obj_reader *r)
              quoted(counts));
     }
     if (word_is(name, "crease")) {
-        read_crease(r, count[0], count[1]);
+        read_sharpness(r, &r->mesh->creases, 2, count[0], count[1]);
+    } else if (word_is(name, "corner")) {
+        read_sharpness(r, &r->mesh->sharp_corners, 1, count[0], count[1]);
     } else if (word_is(name, "interpolateboundary")) {
         if (count[0] != 1 || read_tag_integer(r) > 2) {
             fail(r->mesh->name, r->statement, "interpolateboundary takes one number: 0, 1 or 2");
         }
-    } else {
-        if (r->ignored_tags++ == 0) r->ignored_tag_line = r->statement;
-        if (!word_is(name, "corner")) return;
-        for (; count[0] > 0; count[0]--) refer(r, CORNER_VERTEX, read_tag_integer(r));
+    } else if (r->ignored_tags++ == 0) {
+        r->ignored_tag_line = r->statement;
     }
 }
 
@@ -462,7 +489,7 @@ static void read_statement(obj_reader *r)
 {
     word w = next_word(r);
     const char *c;
-    r->statement = r->line;
+    r->statement = r->in.line;
     for (c = w.text; c < w.end; c++) {
         if (*c <= ' ' || *c > '~') {
             fail(r->mesh->name, r->statement, "%s: this is not a Wavefront OBJ file", quoted(w));
@@ -474,7 +501,7 @@ static void read_statement(obj_reader *r)
     else if (word_is(w, "f") || word_is(w, "fo")) read_face(r);
     else if (word_is(w, "t")) read_tag(r);
     while (w.text < w.end) w = next_word(r);
-    if (r->at < r->end) skip_break(r);
+    if (r->in.at < r->in.end) skip_break(&r->in);
 }
 
 /* ---- Wavefront OBJ: the whole file ----------------------------------------------------------- */
@@ -514,26 +541,328 @@ static void read_obj(mesh *m, const char *data, size_t size)
     obj_reader r;
     memset(&r, 0, sizeof r);
     r.mesh = m;
-    r.at = data;
-    r.end = data + size;
-    r.line = 1;
-    if (size >= 3 && memcmp(data, "\xEF\xBB\xBF", 3) == 0) r.at += 3;  /* byte order mark */
-    while (r.at < r.end) {
+    r.in.at = data;
+    r.in.end = data + size;
+    r.in.line = m->first = 1;
+    if (size >= 3 && memcmp(data, "\xEF\xBB\xBF", 3) == 0) r.in.at += 3;   /* byte order mark */
+    while (r.in.at < r.in.end) {
         read_statement(&r);
-        progress((uint64_t)(r.at - data), size);
+        progress((uint64_t)(r.in.at - data), size);
     }
-    if (m->sizes.count == 0) fail(m->name, r.line, "the file ends and has no faces");
-    if (m->positions.count >= PSURF_NONE || m->corners.count >= PSURF_NONE) {
-        fail(m->name, r.line, "more than 2^32 - 2 vertices or face corners");
-    }
+    if (m->sizes.count == 0) fail(m->name, r.in.line, "the file ends and has no faces");
     check_references(&r);
     collect_uvs(&r);
     if (r.ignored_tags) {
-        warn(m->name, r.ignored_tag_line, "%" PRIu32 " tags ignored, this is the first: unknown, "
-             "or corners where fewer than two sharp edges meet", r.ignored_tags);
+        warn(m->name, r.ignored_tag_line, "%" PRIu32 " unknown tags ignored, this is the first",
+             r.ignored_tags);
     }
     free(r.uvs.data);
     free(r.corner_uvs.data);
+}
+
+/* ---- PLY: header ----------------------------------------------------------------------------- */
+
+/* What a property is read for. */
+enum { PLY_X, PLY_Y, PLY_Z, PLY_U, PLY_V, PLY_CORNERS, PLY_IGNORED };
+static const struct { const char *name; int use; } ply_names[] = {
+    {"x", PLY_X}, {"y", PLY_Y}, {"z", PLY_Z}, {"s", PLY_U}, {"u", PLY_U}, {"texture_u", PLY_U},
+    {"t", PLY_V}, {"v", PLY_V}, {"texture_v", PLY_V}, {"vertex_indices", PLY_CORNERS},
+    {"vertex_index", PLY_CORNERS},
+};
+
+typedef struct ply_type { const char *name, *other; unsigned size; char kind; } ply_type;
+static const ply_type ply_types[] = {   /* kind: unsigned, signed, float */
+    {"uchar", "uint8", 1, 'u'}, {"ushort", "uint16", 2, 'u'}, {"uint", "uint32", 4, 'u'},
+    {"char", "int8", 1, 's'}, {"short", "int16", 2, 's'}, {"int", "int32", 4, 's'},
+    {"float", "float32", 4, 'f'}, {"double", "float64", 8, 'f'},
+};
+
+enum { PLY_VERTEX, PLY_FACE, PLY_OTHER };
+static const char *const ply_elements[] = {"vertex", "face", "element"};
+
+typedef struct ply_property { const ply_type *count, *type; int use; } ply_property;
+typedef struct ply_element {
+    int what;
+    uint32_t count;
+    unsigned uses;                      /* bit PLY_X: has an x, and so on */
+    array properties;                   /* ply_property; those with a count are lists */
+} ply_element;
+
+enum { PLY_ASCII = 1, PLY_LITTLE, PLY_BIG };
+static const char *const ply_formats[] = {"", "ascii", "binary_little_endian", "binary_big_endian"};
+
+typedef struct ply_reader {
+    mesh *mesh;
+    cursor in;                          /* line 0: in binary data */
+    int format;                         /* 0 or PLY_ASCII, ... */
+    array elements;
+    unsigned uses[PLY_OTHER + 1];       /* of the elements vertex and face; 0: there is none */
+    const ply_element *element;         /* where we are in the data */
+    uint32_t instance;
+    array uvs;                          /* float[2] per vertex, or none */
+} ply_reader;
+
+/* The next word of this line or, in data, of the lines that follow. */
+static word ply_word(ply_reader *r, bool across_lines)
+{
+    cursor *c = &r->in;
+    word w;
+    while (c->at < c->end && (is_blank(*c->at) || (across_lines && is_break(*c->at)))) {
+        if (is_blank(*c->at)) c->at++;
+        else skip_break(c);
+    }
+    w.text = c->at;
+    while (c->at < c->end && !is_blank(*c->at) && !is_break(*c->at)) c->at++;
+    w.end = c->at;
+    return w;
+}
+
+static void start_ply_element(ply_reader *r)
+{
+    word name = ply_word(r, false), count = ply_word(r, false);
+    const char *at = count.text;
+    int64_t value;
+    ply_element *e = push(&r->elements, sizeof *e);
+    memset(e, 0, sizeof *e);
+    while (e->what < PLY_OTHER && !word_is(name, ply_elements[e->what])) e->what++;
+    if (!scan_integer(&at, count.end, &value) || at != count.end || value < 0
+        || value >= PSURF_NONE) {
+        fail(r->mesh->name, r->in.line, "%s is not a number of elements", quoted(count));
+    }
+    if (e->what < PLY_OTHER && r->uses[e->what]) {
+        fail(r->mesh->name, r->in.line, "%s is there twice", quoted(name));
+    }
+    e->count = (uint32_t)value;
+}
+
+static const ply_type *find_ply_type(const ply_reader *r, word w)
+{
+    size_t i;
+    for (i = 0; i < sizeof ply_types / sizeof *ply_types; i++) {
+        if (word_is(w, ply_types[i].name) || word_is(w, ply_types[i].other)) return &ply_types[i];
+    }
+    fail(r->mesh->name, r->in.line, "%s is not a type of numbers", quoted(w));
+}
+
+/* property TYPE NAME, or property list TYPE TYPE NAME */
+static void read_ply_property(ply_reader *r)
+{
+    ply_element *e;
+    ply_property p = {NULL, NULL, PLY_IGNORED};
+    word w = ply_word(r, false);
+    size_t i;
+    if (r->elements.count == 0) fail(r->mesh->name, r->in.line, "property without an element");
+    e = (ply_element *)r->elements.data + r->elements.count - 1;
+    if (word_is(w, "list")) {
+        p.count = find_ply_type(r, ply_word(r, false));
+        w = ply_word(r, false);
+    }
+    p.type = find_ply_type(r, w);
+    w = ply_word(r, false);
+    for (i = 0; i < sizeof ply_names / sizeof *ply_names; i++) {
+        int use = ply_names[i].use;
+        bool corners = use == PLY_CORNERS;
+        if (word_is(w, ply_names[i].name) && e->what == (corners ? PLY_FACE : PLY_VERTEX)
+            && corners == (p.count != NULL) && !(e->uses >> use & 1)) p.use = use;
+    }
+    e->uses |= 1u << p.use;
+    r->uses[e->what] |= e->uses;
+    *(ply_property *)push(&e->properties, sizeof p) = p;
+}
+
+static void read_ply_line(ply_reader *r, word w)
+{
+    if (word_is(w, "element")) {
+        start_ply_element(r);
+    } else if (word_is(w, "property")) {
+        read_ply_property(r);
+    } else if (word_is(w, "format")) {
+        w = ply_word(r, false);
+        for (r->format = PLY_BIG; r->format > 0; r->format--) {
+            if (word_is(w, ply_formats[r->format])) break;
+        }
+        if (r->format == 0) {
+            fail(r->mesh->name, r->in.line, "%s is not a format of PLY files", quoted(w));
+        }
+    } else if (w.text < w.end && !word_is(w, "ply") && !word_is(w, "comment")
+               && !word_is(w, "obj_info")) {
+        fail(r->mesh->name, r->in.line, "%s does not belong in a PLY header", quoted(w));
+    }
+}
+
+static void read_ply_header(ply_reader *r)
+{
+    const unsigned xyz = 1u << PLY_X | 1u << PLY_Y | 1u << PLY_Z;
+    /* Where lines end in CR alone, a LF behind the header is data. */
+    bool lone_cr = r->in.at[3] == '\r' && r->in.at[4] != '\n';
+    const char *end = r->in.end;
+    uint32_t line;
+    word w;
+    do {
+        line = r->in.line;
+        w = ply_word(r, false);
+        if (!word_is(w, "end_header")) read_ply_line(r, w);
+        while (r->in.at < r->in.end && !is_break(*r->in.at)) r->in.at++;
+        if (r->in.at == r->in.end) fail(r->mesh->name, line, "the file ends in its header");
+        if (lone_cr) r->in.end = r->in.at + 1;
+        skip_break(&r->in);
+        r->in.end = end;
+    } while (!word_is(w, "end_header"));
+    if (r->format == 0) fail(r->mesh->name, line, "the header names no format");
+    if ((r->uses[PLY_VERTEX] & xyz) != xyz) {
+        fail(r->mesh->name, line, "there are no vertices with x, y and z");
+    }
+    if (!(r->uses[PLY_FACE] >> PLY_CORNERS & 1)) {
+        fail(r->mesh->name, line, "there are no faces with a list vertex_indices");
+    }
+}
+
+/* ---- PLY: data ------------------------------------------------------------------------------- */
+
+static NORETURN void fail_ply(const ply_reader *r, const char *message)
+{
+    if (r->in.line) fail(r->mesh->name, r->in.line, "%s", message);
+    fail(r->mesh->name, 0, "%s %" PRIu32 ", counting from 0: %s", ply_elements[r->element->what],
+         r->instance, message);
+}
+
+/* The bytes of a binary value, the lowest in the lowest byte. */
+static uint64_t ply_bits(ply_reader *r, const ply_type *type)
+{
+    uint64_t bits = 0;
+    unsigned i;
+    if ((size_t)(r->in.end - r->in.at) < type->size) fail_ply(r, "the file ends before its data");
+    for (i = 0; i < type->size; i++) {
+        unsigned shift = 8 * (r->format == PLY_BIG ? type->size - 1 - i : i);
+        bits |= (uint64_t)(unsigned char)*r->in.at++ << shift;
+    }
+    return bits;
+}
+
+static word ply_text(ply_reader *r)
+{
+    word w = ply_word(r, true);
+    if (w.text == w.end) fail_ply(r, "the file ends before its data");
+    return w;
+}
+
+static double ply_number(ply_reader *r, const ply_type *type, bool as_float)
+{
+    uint64_t bits, sign = UINT64_C(1) << (8 * type->size - 1);
+    uint32_t low;
+    float narrow;
+    double wide;
+    if (r->format == PLY_ASCII) {
+        word w = ply_text(r);
+        return to_number(r->mesh, r->in.line, w, as_float);
+    }
+    bits = ply_bits(r, type);
+    low = (uint32_t)bits;
+    if (type->kind == 'u') return (double)bits;
+    if (type->kind == 's') return (double)(bits & (sign - 1)) - (double)(bits & sign);
+    memcpy(&narrow, &low, sizeof narrow);
+    memcpy(&wide, &bits, sizeof wide);
+    return type->size == 4 ? (double)narrow : wide;
+}
+
+static float ply_float(ply_reader *r, const ply_type *type)
+{
+    double value = ply_number(r, type, true);
+    if (!(fabs(value) <= (double)FLT_MAX)) fail_ply(r, "a coordinate is not a finite number");
+    return (float)value;
+}
+
+/* A count, or the number of a vertex. */
+static uint32_t ply_whole(ply_reader *r, const ply_type *type)
+{
+    double value = ply_number(r, type, false);
+    if (!(value >= 0 && value < PSURF_NONE && value == floor(value))) {
+        fail_ply(r, "a count or an index is not a whole number from 0 to 2^32 - 2");
+    }
+    return (uint32_t)value;
+}
+
+static void skip_ply(ply_reader *r, const ply_type *type)
+{
+    if (r->format == PLY_ASCII) ply_text(r);
+    else ply_bits(r, type);
+}
+
+static void read_ply_list(ply_reader *r, const ply_property *p)
+{
+    uint32_t size = ply_whole(r, p->count), line = r->in.line, i;
+    size_t first = r->mesh->corners.count;
+    for (i = 0; i < size; i++) {
+        if (p->use == PLY_CORNERS) push_u32(&r->mesh->corners, ply_whole(r, p->type));
+        else skip_ply(r, p->type);
+    }
+    if (p->use == PLY_CORNERS) end_face(r->mesh, first, line);
+}
+
+static void read_ply_instance(ply_reader *r)
+{
+    const ply_element *e = r->element;
+    float value[PLY_V + 1] = {0, 0, 0, 0, 0};
+    size_t i;
+    for (i = 0; i < e->properties.count; i++) {
+        const ply_property *p = (const ply_property *)e->properties.data + i;
+        if (p->count) read_ply_list(r, p);
+        else if (p->use != PLY_IGNORED) value[p->use] = ply_float(r, p->type);
+        else skip_ply(r, p->type);
+    }
+    if (e->what != PLY_VERTEX) return;
+    memcpy(push(&r->mesh->positions, 3 * sizeof *value), value, 3 * sizeof *value);
+    if (e->uses >> PLY_U & e->uses >> PLY_V & 1) {
+        memcpy(push(&r->uvs, 2 * sizeof *value), value + PLY_U, 2 * sizeof *value);
+    }
+}
+
+/* Faces may come before vertices, so their numbers are looked at when all is read. */
+static void finish_ply(ply_reader *r)
+{
+    mesh *m = r->mesh;
+    size_t face, corner = 0, end = 0;
+    char message[80];
+    for (face = 0; face < m->sizes.count; face++) {
+        for (end += u32_at(&m->sizes, face); corner < end; corner++) {
+            uint32_t v = u32_at(&m->corners, corner);
+            if (v >= m->positions.count) {
+                snprintf(message, sizeof message, "face refers to vertex %" PRIu32 ", counting "
+                         "from 0, the file has %zu", v, m->positions.count);
+                fail_face(m, face, message);
+            }
+            if (r->uvs.count) {
+                float *uv = push(&m->uvs, 2 * sizeof *uv);
+                memcpy(uv, floats_at(&r->uvs, v, 2), 2 * sizeof *uv);
+            }
+        }
+    }
+}
+
+static void read_ply(mesh *m, const char *data, size_t size)
+{
+    ply_reader r;
+    size_t i;
+    memset(&r, 0, sizeof r);
+    r.mesh = m;
+    r.in.at = data;
+    r.in.end = data + size;
+    r.in.line = 1;
+    read_ply_header(&r);
+    if (r.format != PLY_ASCII) r.in.line = 0;
+    for (i = 0; i < r.elements.count; i++) {
+        ply_element *e = (ply_element *)r.elements.data + i;
+        r.element = e;
+        for (r.instance = 0; e->properties.count && r.instance < e->count; r.instance++) {
+            read_ply_instance(&r);
+            progress((uint64_t)(r.in.at - data), size);
+        }
+        free(e->properties.data);
+    }
+    if (m->sizes.count == 0) fail(m->name, r.in.line, "the file has no faces");
+    finish_ply(&r);
+    free(r.elements.data);
+    free(r.uvs.data);
 }
 
 static void read_mesh(mesh *m, const char *path)
@@ -543,11 +872,202 @@ static void read_mesh(mesh *m, const char *path)
     memset(m, 0, sizeof *m);
     m->name = strcmp(path, "-") == 0 ? "stdin" : path;
     data = read_all(m->name, path, &size);
-    if (size >= 4 && memcmp(data, "ply", 3) == 0 && is_break(data[3])) {
-        fail(m->name, 1, "this is a PLY file; this version reads Wavefront OBJ");
+    if (size >= 4 && memcmp(data, "ply", 3) == 0 && is_break(data[3])) read_ply(m, data, size);
+    else read_obj(m, data, size);
+    if (m->positions.count >= PSURF_NONE || m->corners.count >= PSURF_NONE) {
+        fail(m->name, 0, "more than 2^32 - 2 vertices or face corners");
     }
-    read_obj(m, data, size);
     free(data);
+}
+
+/* ---- edges of the mesh ----------------------------------------------------------------------- */
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double result[3])
+{
+    int i;
+    for (i = 0; i < 3; i++) {
+        result[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+    }
+}
+
+static void normalize(double a[3])
+{
+    double length = sqrt(dot(a, a));
+    int i;
+    for (i = 0; i < 3 && length > 0; i++) a[i] /= length;
+}
+
+/* From vertex v to vertex w. */
+static void difference(const mesh *m, uint32_t v, uint32_t w, double d[3])
+{
+    const float *p = floats_at(&m->positions, v, 3), *q = floats_at(&m->positions, w, 3);
+    int i;
+    for (i = 0; i < 3; i++) d[i] = (double)q[i] - (double)p[i];
+}
+
+/* Unit normals of the faces, zero where there is none: Newell's, the mean over a face's corners. */
+static double *face_normals(const mesh *m)
+{
+    double *normals = resize(NULL, m->sizes.count, 3 * sizeof *normals), a[3], b[3], c[3];
+    const uint32_t *corners = m->corners.data;
+    size_t face, i, k;
+    for (face = 0; face < m->sizes.count; face++) {
+        double *n = normals + 3 * face;
+        size_t size = u32_at(&m->sizes, face);
+        n[0] = n[1] = n[2] = 0;
+        for (i = 1; i + 1 < size; i++) {
+            difference(m, corners[0], corners[i], a);
+            difference(m, corners[0], corners[i + 1], b);
+            cross(a, b, c);
+            for (k = 0; k < 3; k++) n[k] += c[k];
+        }
+        normalize(n);
+        corners += size;
+    }
+    return normals;
+}
+
+/* v0 < v1; the first two of the faces that use it. */
+typedef struct mesh_edge { uint32_t v0, v1, face[2], uses; } mesh_edge;
+
+static int compare_edges(const void *left, const void *right)
+{
+    const mesh_edge *a = left, *b = right;
+    if (a->v0 != b->v0) return a->v0 < b->v0 ? -1 : 1;
+    return a->v1 < b->v1 ? -1 : a->v1 > b->v1;
+}
+
+static mesh_edge *list_edges(const mesh *m, size_t *count)
+{
+    mesh_edge *edges = resize(NULL, m->corners.count, sizeof *edges);
+    const uint32_t *corners = m->corners.data;
+    size_t face, i, n = 0;
+    for (face = 0; face < m->sizes.count; face++) {
+        size_t size = u32_at(&m->sizes, face);
+        for (i = 0; i < size; i++) {
+            uint32_t a = corners[i], b = corners[(i + 1) % size];
+            mesh_edge e = {a < b ? a : b, a < b ? b : a, {0, 0}, 1};
+            e.face[0] = e.face[1] = (uint32_t)face;
+            edges[n++] = e;
+        }
+        corners += size;
+    }
+    qsort(edges, n, sizeof *edges, compare_edges);
+    for (*count = 0, i = 0; i < n; i++) {
+        if (i == 0 || compare_edges(&edges[*count - 1], &edges[i]) != 0) {
+            edges[(*count)++] = edges[i];
+        } else if (edges[*count - 1].uses++ == 1) {
+            edges[*count - 1].face[1] = edges[i].face[0];
+        }
+    }
+    return edges;
+}
+
+/* ---- tags ------------------------------------------------------------------------------------ */
+
+static int compare_tags(const void *left, const void *right)
+{
+    const tag *a = left, *b = right;
+    if (a->v0 != b->v0) return a->v0 < b->v0 ? -1 : 1;
+    if (a->v1 != b->v1) return a->v1 < b->v1 ? -1 : 1;
+    return a->order < b->order ? -1 : a->order > b->order;
+}
+
+/* What is tagged twice keeps its last sharpness, as in OpenSubdiv. */
+static void keep_last(array *tags)
+{
+    tag *t = tags->data;
+    size_t n = tags->count, i;
+    if (n) qsort(t, n, sizeof *t, compare_tags);
+    for (tags->count = 0, i = 0; i < n; i++) {
+        if (i + 1 < n && t[i].v0 == t[i + 1].v0 && t[i].v1 == t[i + 1].v1) continue;
+        t[tags->count++] = t[i];
+    }
+}
+
+/* Edges that the mesh folds more sharply than so many degrees become hard, whatever their tags. */
+static void tag_folds(mesh *m, double degrees)
+{
+    double *normals = face_normals(m), c[3];
+    size_t count, i;
+    mesh_edge *edges = list_edges(m, &count);
+    for (i = 0; i < count; i++) {
+        const double *n0 = normals + 3 * (size_t)edges[i].face[0];
+        const double *n1 = normals + 3 * (size_t)edges[i].face[1];
+        tag *t;
+        cross(n0, n1, c);
+        if (!(atan2(sqrt(dot(c, c)), dot(n0, n1)) * (180 / acos(-1.0)) > degrees)) continue;
+        t = push(&m->creases, sizeof *t);
+        t->v0 = edges[i].v0;
+        t->v1 = edges[i].v1;
+        t->line = 0;
+        t->order = (uint32_t)m->creases.count;
+        t->sharpness = HARD_FROM;
+    }
+    free(edges);
+    free(normals);
+}
+
+static psurf_edge_tag *make_edge_tags(const mesh *m)
+{
+    const tag *t = m->creases.data;
+    psurf_edge_tag *tags = resize(NULL, m->creases.count, sizeof *tags);
+    size_t i;
+    for (i = 0; i < m->creases.count; i++) {
+        double sharpness = fmax(0.0, (double)t[i].sharpness);
+        tags[i].v0 = t[i].v0;
+        tags[i].v1 = t[i].v1;
+        tags[i].flags = t[i].sharpness >= HARD_FROM ? PSURF_HARD : PSURF_BLEND;
+        tags[i].blend0 = tags[i].blend1 = (float)(2.0 / 3.0 * exp2(-sharpness));
+    }
+    return tags;
+}
+
+/* How many hard or boundary edges meet at each vertex. */
+static uint32_t *count_sharp_edges(const mesh *m)
+{
+    uint32_t *sharp = resize(NULL, m->positions.count, sizeof *sharp);
+    const tag *t = m->creases.data, *end = t + m->creases.count;
+    size_t count, i;
+    mesh_edge *edges = list_edges(m, &count);
+    memset(sharp, 0, m->positions.count * sizeof *sharp);
+    for (i = 0; i < count; i++) {
+        const mesh_edge *e = &edges[i];
+        while (t < end && (t->v0 < e->v0 || (t->v0 == e->v0 && t->v1 < e->v1))) t++;
+        if (e->uses > 1 && (t == end || t->v0 != e->v0 || t->v1 != e->v1
+                            || t->sharpness < HARD_FROM)) continue;
+        sharp[e->v0]++;
+        sharp[e->v1]++;
+    }
+    free(edges);
+    return sharp;
+}
+
+/* The tagged corners that are corners. */
+static uint32_t *make_corners(const mesh *m, uint32_t *count)
+{
+    const tag *t = m->sharp_corners.data, *first = NULL;
+    size_t n = m->sharp_corners.count, i;
+    uint32_t *corners, *sharp;
+    *count = 0;
+    if (n == 0) return NULL;
+    corners = resize(NULL, n, sizeof *corners);
+    sharp = count_sharp_edges(m);
+    for (i = 0; i < n; i++) {
+        if (t[i].sharpness >= HARD_FROM && sharp[t[i].v0] >= 2) corners[(*count)++] = t[i].v0;
+        else if (!first || t[i].order < first->order) first = &t[i];
+    }
+    if (first) {
+        warn(m->name, first->line, "%zu corners ignored, here is the first: its sharpness is below "
+             "%d, or fewer than two hard or boundary edges meet there", n - *count, HARD_FROM);
+    }
+    free(sharp);
+    return corners;
 }
 
 /* ---- the surface ----------------------------------------------------------------------------- */
@@ -557,7 +1077,8 @@ typedef struct options {                /* of the command line */
     psurf_scheme scheme;
     uint32_t rate;
     float blend;
-    bool has_blend, json, curvature, help;
+    double crease_angle;                /* degrees */
+    bool has_blend, has_crease_angle, json, curvature, help;
 } options;
 
 typedef struct surface {
@@ -568,72 +1089,33 @@ typedef struct surface {
     psurf_patches patches;
 } surface;
 
-static int compare_creases(const void *left, const void *right)
-{
-    const crease *a = left, *b = right;
-    if (a->v0 != b->v0) return a->v0 < b->v0 ? -1 : 1;
-    if (a->v1 != b->v1) return a->v1 < b->v1 ? -1 : 1;
-    return a->order < b->order ? -1 : a->order > b->order;
-}
-
-/* An edge tagged twice keeps its last sharpness, as in OpenSubdiv. */
-static psurf_edge_tag *make_edge_tags(mesh *m, uint32_t *count)
-{
-    crease *c = m->creases.data;
-    psurf_edge_tag *tags = resize(NULL, m->creases.count, sizeof *tags);
-    size_t i, n = m->creases.count;
-    *count = 0;
-    if (n) qsort(c, n, sizeof *c, compare_creases);
-    for (i = 0; i < n; i++) {
-        psurf_edge_tag *tag = &tags[*count];
-        if (i + 1 < n && c[i].v0 == c[i + 1].v0 && c[i].v1 == c[i + 1].v1) continue;
-        tag->v0 = c[i].v0;
-        tag->v1 = c[i].v1;
-        tag->flags = PSURF_BLEND;
-        tag->blend0 = tag->blend1 = (float)(2.0 / 3.0 * exp2(-fmax(0.0, (double)c[i].sharpness)));
-        (*count)++;
-    }
-    return tags;
-}
-
 static void fail_crease(const mesh *m, uint32_t v, uint32_t w)
 {
     size_t i;
     for (i = 0; i < m->creases.count; i++) {
-        const crease *c = (const crease *)m->creases.data + i;
-        if ((c->v0 != v || c->v1 != w) && (c->v0 != w || c->v1 != v)) continue;
-        fail(m->name, c->line, "crease tag, where counting starts at 0, names no edge: %" PRIu32
-             " %" PRIu32, c->v0, c->v1);
+        const tag *t = (const tag *)m->creases.data + i;
+        if ((t->v0 != v || t->v1 != w) && (t->v0 != w || t->v1 != v)) continue;
+        fail(m->name, t->line, "crease tag, where counting starts at 0, names no edge: %" PRIu32
+             " %" PRIu32, t->v0, t->v1);
     }
 }
 
-static uint32_t line_of_vertex(const mesh *m, uint32_t vertex)
-{
-    size_t face, corner = 0, end = 0;
-    for (face = 0; face < m->sizes.count; face++) {
-        for (end += u32_at(&m->sizes, face); corner < end; corner++) {
-            if (u32_at(&m->corners, corner) == vertex) return u32_at(&m->lines, face);
-        }
-    }
-    return 0;
-}
-
-/* Tells what the library found, in the numbers of the file, which count from 1. */
+/* Tells what the library found, in the numbers of the file. */
 static NORETURN void fail_topology(const mesh *m, const psurf_error *error)
 {
-    uint32_t line = 0, v = error->vertex, w = error->other;
-    const char *message = error->message;
-    if (error->result == PSURF_BAD_EDGE) fail_crease(m, v, w);
-    if (error->face != PSURF_NONE) line = u32_at(&m->lines, error->face);
-    else if (v != PSURF_NONE) line = line_of_vertex(m, v);
-    if (error->result == PSURF_UNSUPPORTED) {
-        message = w != PSURF_NONE ? "this version needs closed meshes, and this edge has one face"
-                : v != PSURF_NONE ? "this version needs three edges at a vertex, and here are two"
-                : "this version has no faces of six corners or more";
+    uint32_t v = error->vertex + m->first, w = error->other + m->first;
+    char message[200];
+    if (error->result == PSURF_BAD_EDGE) fail_crease(m, error->vertex, error->other);
+    if (error->vertex == PSURF_NONE) {
+        snprintf(message, sizeof message, "%s", error->message);
+    } else if (error->other == PSURF_NONE) {
+        snprintf(message, sizeof message, "%s: vertex %" PRIu32, error->message, v);
+    } else {
+        snprintf(message, sizeof message, "%s: vertices %" PRIu32 " and %" PRIu32, error->message,
+                 v, w);
     }
-    if (v == PSURF_NONE) fail(m->name, line, "%s", message);
-    if (w == PSURF_NONE) fail(m->name, line, "%s: vertex %" PRIu32, message, v + 1);
-    fail(m->name, line, "%s: vertices %" PRIu32 " and %" PRIu32, message, v + 1, w + 1);
+    if (error->face == PSURF_NONE) fail(m->name, 0, "%s", message);
+    fail_face(m, error->face, message);
 }
 
 /* What remains to go wrong on a valid mesh is its size. */
@@ -648,19 +1130,26 @@ static void build_surface(surface *s, mesh *m, const options *o)
     psurf_patches_layout layout;
     psurf_error error;
     psurf_edge_tag *tags;
+    uint32_t *corners;
     memset(&desc, 0, sizeof desc);
     memset(s, 0, sizeof *s);
     s->mesh = m;
+    if (o->has_crease_angle) tag_folds(m, o->crease_angle);
+    keep_last(&m->creases);
+    keep_last(&m->sharp_corners);
     desc.vertex_count = (uint32_t)m->positions.count;
     desc.face_count = (uint32_t)m->sizes.count;
     desc.face_sizes = m->sizes.data;
     desc.face_vertices = m->corners.data;
     desc.positions = s->construct.positions = m->positions.data;
-    desc.edges = tags = make_edge_tags(m, &desc.edge_count);
+    desc.edges = tags = make_edge_tags(m);
+    desc.edge_count = (uint32_t)m->creases.count;
+    desc.corners = corners = make_corners(m, &desc.corner_count);
     desc.flags = o->has_blend ? PSURF_DEFAULT_BLEND : 0;
     desc.default_blend = o->blend;
     if (psurf_topology_create(&desc, &s->topology, &error) != PSURF_OK) fail_topology(m, &error);
     free(tags);
+    free(corners);
     psurf_topology_info(s->topology, &s->info);
     must(s, psurf_patches_size(s->topology, o->scheme, &layout));
     must(s, psurf_patches_bind(&s->patches, s->topology, o->scheme,
@@ -794,19 +1283,17 @@ static void put_float(FILE *file, float value)
 /* What info and check print: a line each, or the members of one JSON object. NaN: there is none. */
 typedef struct fact { const char *key; double value; } fact;
 
-static void print_facts(const fact *facts, size_t count, bool json)
+static void print_facts(FILE *file, const fact *facts, size_t count, bool json)
 {
-    output out = open_output(NULL);
     size_t i;
     for (i = 0; i < count; i++) {
-        if (json) fprintf(out.file, "%s\"%s\":", i ? "," : "{", facts[i].key);
-        else fprintf(out.file, "%-18s  ", facts[i].key);
-        if (isnan(facts[i].value)) fputs(json ? "null" : "none", out.file);
-        else fprintf(out.file, "%.15g", facts[i].value);
-        if (!json) fputc('\n', out.file);
+        if (json) fprintf(file, "%s\"%s\":", i ? "," : "{", facts[i].key);
+        else fprintf(file, "%-18s  ", facts[i].key);
+        if (isnan(facts[i].value)) fputs(json ? "null" : "none", file);
+        else fprintf(file, "%.15g", facts[i].value);
+        if (!json) fputc('\n', file);
     }
-    if (json) fputs("}\n", out.file);
-    close_output(&out);
+    if (json) fputs("}\n", file);
 }
 
 /* ---- triangles and their writers ------------------------------------------------------------- */
@@ -863,6 +1350,29 @@ static void put_f32(FILE *file, float value)
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
     put_u32(file, bits);
+}
+
+static void write_ply(const output *out, const triangles *t)
+{
+    uint64_t total = (uint64_t)t->vertex_count + t->index_count / 3;
+    size_t v, i, k;
+    fprintf(out->file, "ply\nformat binary_little_endian 1.0\ncomment %s\n"
+            "element vertex %" PRIu32 "\nproperty float x\nproperty float y\nproperty float z\n"
+            "property float nx\nproperty float ny\nproperty float nz\n%s"
+            "element face %zu\nproperty list uchar %s vertex_indices\nend_header\n", PROGRAM,
+            t->vertex_count, t->uv ? "property float s\nproperty float t\n" : "",
+            t->index_count / 3, t->vertex_count > INT32_MAX ? "uint" : "int");
+    for (v = 0; v < t->vertex_count; v++) {
+        for (k = 0; k < 3; k++) put_f32(out->file, t->p[3 * v + k]);
+        for (k = 0; k < 3; k++) put_f32(out->file, t->n[3 * v + k]);
+        for (k = 0; t->uv && k < 2; k++) put_f32(out->file, t->uv[2 * v + k]);
+        if (v % 65536 == 0) written(out, v, total);
+    }
+    for (i = 0; i < t->index_count; i++) {
+        if (i % 3 == 0) fputc(3, out->file);
+        put_u32(out->file, t->indices[i]);
+        if (i % 196608 == 0) written(out, v + i / 3, total);
+    }
 }
 
 /* glTF asks for unit normals everywhere: one that does not exist points up. */
@@ -972,7 +1482,7 @@ static void write_glb(const output *out, const triangles *t)
 static const struct writer {
     const char *extension;
     void (*write)(const output *out, const triangles *t);
-} writers[] = {{".obj", write_obj}, {".glb", write_glb}};
+} writers[] = {{".obj", write_obj}, {".ply", write_ply}, {".glb", write_glb}};
 
 static bool ends_with(const char *path, const char *extension)
 {
@@ -994,7 +1504,7 @@ static const struct writer *find_writer(const char *path)
     for (i = 0; i < sizeof writers / sizeof *writers; i++) {
         if (ends_with(path, writers[i].extension)) return &writers[i];
     }
-    fail(path, 0, "unknown output format; the name must end in .obj or .glb");
+    fail(path, 0, "unknown output format; the name must end in .obj, .ply or .glb");
 }
 
 /* ---- tessellate ------------------------------------------------------------------------------ */
@@ -1019,16 +1529,6 @@ static void tessellate_welded(const surface *s, uint32_t rate, triangles *t)
         must(s, psurf_tessellate(&s->patches, &desc, face, FACES_AT_ONCE, &out));
         progress(face, s->info.faces);
         if (s->info.faces - face <= FACES_AT_ONCE) break;
-    }
-}
-
-static void refuse_overflow(const surface *s, const triangles *t)
-{
-    size_t i;
-    for (i = 0; i < 3 * (size_t)t->vertex_count; i++) {
-        if (!isfinite(t->p[i]) || !isfinite(t->n[i])) {
-            fail(s->mesh->name, 0, "coordinates are so large that the surface is not finite");
-        }
     }
 }
 
@@ -1102,7 +1602,8 @@ static void add_texture(const surface *s, uint32_t rate, triangles *t)
         float rounding = rounding_of(floats_at(&m->uvs, corner, 2), size), *uv;
         tessellate_face(s, rate, face, false, &f);
         uv = reserve(&uvs, f.where.count, 2 * sizeof *uv);
-        psurf_interpolate(s->topology, f.where.data, (uint32_t)f.where.count, m->uvs.data, 2, uv);
+        psurf_interpolate(s->topology, f.where.data, (uint32_t)f.where.count, m->uvs.data, 2, uv,
+                          0);
         for (i = 0; i < f.indices.count; i++, index++) {
             const float *own = uv + 2 * (size_t)u32_at(&f.indices, i);
             *index = find_uv_vertex(&vertices, *index, own, rounding);
@@ -1116,6 +1617,17 @@ static void add_texture(const surface *s, uint32_t rate, triangles *t)
     free_face_points(&f);
 }
 
+static void refuse_overflow(const surface *s, const triangles *t)
+{
+    size_t i;
+    for (i = 0; i < 3 * (size_t)t->vertex_count; i++) {
+        if (!isfinite(t->p[i]) || !isfinite(t->n[i])
+            || (t->uv && i < 2 * (size_t)t->vertex_count && !isfinite(t->uv[i]))) {
+            fail(s->mesh->name, 0, "coordinates are so large that the surface is not finite");
+        }
+    }
+}
+
 static int run_tessellate(mesh *m, const options *o)
 {
     surface s;
@@ -1123,8 +1635,8 @@ static int run_tessellate(mesh *m, const options *o)
     output out;
     build_surface(&s, m, o);
     tessellate_welded(&s, o->rate, &t);
-    refuse_overflow(&s, &t);
     if (m->uvs.count) add_texture(&s, o->rate, &t);
+    refuse_overflow(&s, &t);
     out = open_output(o->output);
     find_writer(o->output)->write(&out, &t);
     close_output(&out);
@@ -1298,9 +1810,26 @@ static int run_sample(mesh *m, const options *o)
 
 /* ---- check ----------------------------------------------------------------------------------- */
 
-static psurf_check_result check_all_edges(const surface *s, uint32_t rate)
+enum { EDGES_AT_ONCE = 1024, LISTED = 20 };
+
+/* Edges whose normals are degenerate, found by halving the range; at most LISTED and one more. */
+static void find_degenerate(const surface *s, uint32_t rate, uint32_t first, uint32_t count,
+                            array *found)
 {
-    enum { EDGES_AT_ONCE = 1024 };
+    psurf_check_result part;
+    if (found->count > LISTED) return;
+    must(s, psurf_check(&s->patches, &s->construct, rate, first, count, &part));
+    if (part.degenerate == 0) return;
+    if (count == 1) {
+        push_u32(found, first);
+    } else {
+        find_degenerate(s, rate, first, count / 2, found);
+        find_degenerate(s, rate, first + count / 2, count - count / 2, found);
+    }
+}
+
+static psurf_check_result check_all_edges(const surface *s, uint32_t rate, array *degenerate)
+{
     psurf_check_result sum, part;
     uint32_t edge;
     memset(&sum, 0, sizeof sum);
@@ -1317,13 +1846,38 @@ static psurf_check_result check_all_edges(const surface *s, uint32_t rate)
             sum.worst_face = part.worst_face;
             sum.worst_edge = part.worst_edge;
         }
+        if (part.degenerate) find_degenerate(s, rate, edge, EDGES_AT_ONCE, degenerate);
         progress(edge, s->info.edges);
         if (s->info.edges - edge <= EDGES_AT_ONCE) break;
     }
     return sum;
 }
 
-static void print_check(const psurf_check_result *c, bool json)
+/* The ends of an edge, in the numbers of the file, and the face that writes it. */
+static void print_edge(FILE *file, const surface *s, uint32_t edge)
+{
+    psurf_tables t;
+    uint32_t corner, kind = 0, sides, facet, next, v, w;
+    const psurf_corner *corners;
+    const psurf_ring *rings;
+    psurf_topology_tables(s->topology, &t);
+    corners = t.corners.data;
+    rings = t.rings.data;
+    corner = ((const psurf_edge *)t.edges.data)[edge].corner;
+    while (corner >= t.kind_first_corner[kind + 1]) kind++;
+    sides = (t.kind_first_corner[kind + 1] - t.kind_first_corner[kind])
+            / (t.kind_first[kind + 1] - t.kind_first[kind]);
+    facet = (corner - t.kind_first_corner[kind]) / sides;
+    next = t.kind_first_corner[kind] + facet * sides;
+    next += (corner - next + 1) % sides;
+    v = rings[corners[corner].ring & ~PSURF_WRITER].point + s->mesh->first;
+    w = rings[corners[next].ring & ~PSURF_WRITER].point + s->mesh->first;
+    fprintf(file, "degenerate edge     vertices %" PRIu32 " and %" PRIu32 ", face %" PRIu32 "\n", v,
+            w, ((const psurf_facet *)t.facets.data)[t.kind_first[kind] + facet].face);
+}
+
+static void print_check(const surface *s, const psurf_check_result *c, const array *degenerate,
+                        bool json)
 {
     const fact facts[] = {
         {"samples", (double)c->samples}, {"cracks", (double)c->cracks},
@@ -1331,16 +1885,25 @@ static void print_check(const psurf_check_result *c, bool json)
         {"nonfinite", (double)c->nonfinite}, {"degenerate_normals", (double)c->degenerate},
         {"worst_face", c->worst_face == PSURF_NONE ? nan("") : c->worst_face},
     };
-    print_facts(facts, sizeof facts / sizeof *facts, json);
+    output out = open_output(NULL);
+    size_t i;
+    print_facts(out.file, facts, sizeof facts / sizeof *facts, json);
+    for (i = 0; !json && i < degenerate->count && i < LISTED; i++) {
+        print_edge(out.file, s, u32_at(degenerate, i));
+    }
+    if (!json && degenerate->count > LISTED) fputs("degenerate edge     ... and more\n", out.file);
+    close_output(&out);
 }
 
 static int run_check(mesh *m, const options *o)
 {
     surface s;
     psurf_check_result result;
+    array degenerate = {NULL, 0, 0};
     build_surface(&s, m, o);
-    result = check_all_edges(&s, o->rate);
-    print_check(&result, o->json);
+    result = check_all_edges(&s, o->rate, &degenerate);
+    print_check(&s, &result, &degenerate, o->json);
+    free(degenerate.data);
     free_surface(&s);
     return result.cracks || result.nonfinite ? EXIT_CHECK : EXIT_SUCCESS;
 }
@@ -1355,60 +1918,31 @@ typedef struct triangle_facts {
     size_t convex, concave, inflection; /* edges */
 } triangle_facts;
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void normalize(double a[3])
-{
-    double length = sqrt(dot(a, a));
-    int i;
-    for (i = 0; i < 3 && length > 0; i++) a[i] /= length;
-}
-
-static void face_normal(const mesh *m, size_t face, double n[3])
-{
-    double a[3], b[3];
-    int i;
-    for (i = 0; i < 3; i++) {
-        const float *p = (const float *)m->positions.data + i;
-        double x = (double)p[3 * (size_t)u32_at(&m->corners, 3 * face)];
-        a[i] = (double)p[3 * (size_t)u32_at(&m->corners, 3 * face + 1)] - x;
-        b[i] = (double)p[3 * (size_t)u32_at(&m->corners, 3 * face + 2)] - x;
-    }
-    for (i = 0; i < 3; i++) {
-        n[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-    }
-    normalize(n);
-}
-
 /* Un-weighted mean of the unit normals of the triangles round each vertex. */
-static double *mean_normals(const mesh *m)
+static double *mean_normals(const mesh *m, const double *flat)
 {
-    double *normals = resize(NULL, m->positions.count, 3 * sizeof *normals), n[3] = {0, 0, 0};
+    double *normals = resize(NULL, m->positions.count, 3 * sizeof *normals);
     size_t i, k;
     for (i = 0; i < 3 * m->positions.count; i++) normals[i] = 0;
     for (i = 0; i < m->corners.count; i++) {
-        if (i % 3 == 0) face_normal(m, i / 3, n);
-        for (k = 0; k < 3; k++) normals[3 * (size_t)u32_at(&m->corners, i) + k] += n[k];
+        double *n = normals + 3 * (size_t)u32_at(&m->corners, i);
+        for (k = 0; k < 3; k++) n[k] += flat[i / 3 * 3 + k];
     }
     for (i = 0; i < m->positions.count; i++) normalize(normals + 3 * i);
     return normals;
 }
 
-static void measure_cosines(const mesh *m, const double *normals, triangle_facts *facts)
+static void measure_cosines(const mesh *m, const double *flat, const double *normals,
+                            triangle_facts *facts)
 {
-    double n[3] = {0, 0, 0}, sum = 0;
+    double sum = 0;
     size_t i, count = m->corners.count;
     int pass;
     facts->min = 2;
     facts->max = -2;
     for (pass = 0; pass < 2; pass++) {  /* the mean first, then the deviation from it */
         for (i = 0, sum = 0; i < count; i++) {
-            double cosine;
-            if (i % 3 == 0) face_normal(m, i / 3, n);
-            cosine = dot(normals + 3 * (size_t)u32_at(&m->corners, i), n);
+            double cosine = dot(normals + 3 * (size_t)u32_at(&m->corners, i), flat + i / 3 * 3);
             facts->min = fmin(facts->min, cosine);
             facts->max = fmax(facts->max, cosine);
             sum += pass == 0 ? cosine : (cosine - facts->mean) * (cosine - facts->mean);
@@ -1418,34 +1952,17 @@ static void measure_cosines(const mesh *m, const double *normals, triangle_facts
     facts->std = sqrt(sum / (double)count);
 }
 
-static int compare_u64(const void *left, const void *right)
+static void count_bends(const mesh *m, const double *normals, triangle_facts *facts)
 {
-    const uint64_t *a = left, *b = right;
-    return *a < *b ? -1 : *a > *b;
-}
-
-static void count_edges(const mesh *m, const double *normals, triangle_facts *facts)
-{
-    size_t count = m->corners.count, i;
-    uint64_t *edges = resize(NULL, count, sizeof *edges);
+    size_t count, i;
+    mesh_edge *edges = list_edges(m, &count);
     for (i = 0; i < count; i++) {
-        uint64_t a = u32_at(&m->corners, i);
-        uint64_t b = u32_at(&m->corners, i % 3 == 2 ? i - 2 : i + 1);
-        edges[i] = a < b ? a << 32 | b : b << 32 | a;
-    }
-    qsort(edges, count, sizeof *edges, compare_u64);
-    for (i = 0; i < count; i++) {
-        size_t a = (size_t)(edges[i] >> 32), b = (size_t)(edges[i] & 0xFFFFFFFF), k;
-        double d[3], at_a, at_b;
-        if (i > 0 && edges[i] == edges[i - 1]) continue;
-        for (k = 0; k < 3; k++) {
-            d[k] = (double)floats_at(&m->positions, b, 3)[k]
-                   - (double)floats_at(&m->positions, a, 3)[k];
-        }
-        at_a = dot(normals + 3 * a, d);
-        at_b = -dot(normals + 3 * b, d);
-        if (at_a < 0 && at_b < 0) facts->convex++;
-        else if (at_a > 0 && at_b > 0) facts->concave++;
+        double d[3], at_v0, at_v1;
+        difference(m, edges[i].v0, edges[i].v1, d);
+        at_v0 = dot(normals + 3 * (size_t)edges[i].v0, d);
+        at_v1 = -dot(normals + 3 * (size_t)edges[i].v1, d);
+        if (at_v0 < 0 && at_v1 < 0) facts->convex++;
+        else if (at_v0 > 0 && at_v1 > 0) facts->concave++;
         else facts->inflection++;
     }
     free(edges);
@@ -1453,16 +1970,18 @@ static void count_edges(const mesh *m, const double *normals, triangle_facts *fa
 
 static void measure_triangles(const mesh *m, triangle_facts *facts)
 {
-    double *normals;
+    double *flat, *normals;
     size_t i;
     memset(facts, 0, sizeof *facts);
     for (i = 0; i < m->sizes.count; i++) {
         if (u32_at(&m->sizes, i) != 3) return;
     }
     facts->exist = true;
-    normals = mean_normals(m);
-    measure_cosines(m, normals, facts);
-    count_edges(m, normals, facts);
+    flat = face_normals(m);
+    normals = mean_normals(m, flat);
+    measure_cosines(m, flat, normals, facts);
+    count_bends(m, normals, facts);
+    free(flat);
     free(normals);
 }
 
@@ -1492,7 +2011,9 @@ static void print_info(const surface *s, const triangle_facts *t, bool json)
         {"convex", (double)t->convex}, {"concave", (double)t->concave},
         {"inflection", (double)t->inflection},
     };
-    print_facts(facts, sizeof facts / sizeof *facts - (t->exist ? 0 : 7), json);
+    output out = open_output(NULL);
+    print_facts(out.file, facts, sizeof facts / sizeof *facts - (t->exist ? 0 : 7), json);
+    close_output(&out);
 }
 
 static int run_info(mesh *m, const options *o)
@@ -1518,7 +2039,8 @@ static const struct command {
 } commands[] = {
     {"info", INFO, run_info, "MESH [--json]", "counts and classes of the mesh",
      "Counts the input mesh and its faces by class: ordinary (bicubic), polar, p3 p4 p5\n"
-     "(triangles, quads and pentagons beside irregular vertices), ngon (split). bytes is what\n"
+     "(triangles, quads and pentagons beside irregular vertices), ngon (split: six corners and\n"
+     "more, at inner vertices of two edges, or alone on one side of a crease). bytes is what\n"
      "topology and patches occupy. For triangle meshes also the cosine between vertex normals\n"
      "and triangle normals, and how many edges are convex, concave, or neither (inflection).\n\n"
      "Examples:\n"
@@ -1526,11 +2048,13 @@ static const struct command {
      "    patchsurf info spot.obj --json\n"},
     {"tessellate", TESSELLATE, run_tessellate, "MESH -o OUT", "the smooth surface as triangles",
      "Writes the smooth surface as a triangle mesh with normals, and with texture coordinates\n"
-     "where the input has them; vertices on their seams are split. The name of OUT decides the\n"
-     "format: .obj or .glb; - writes OBJ to standard output. OUT appears when it is complete.\n\n"
+     "where the input has them; vertices on their seams and on hard edges are split. The name\n"
+     "of OUT decides the format: .obj, .ply (binary) or .glb; - writes OBJ to standard output.\n"
+     "OUT appears when it is complete.\n\n"
      "Examples:\n"
      "    patchsurf tessellate spot.obj -o smooth.glb\n"
-     "    patchsurf tessellate spot.obj -o smooth.obj --rate 16 --blend 0.3\n"
+     "    patchsurf tessellate spot.ply -o smooth.ply --rate 16 --blend 0.3\n"
+     "    patchsurf tessellate part.obj -o smooth.glb --crease-angle 40\n"
      "    patchsurf tessellate - -o - < spot.obj > smooth.obj\n"},
     {"patches", PATCHES, run_patches, "MESH [-o OUT.json]", "control points of the patches",
      "Writes the patches as JSON: face, sector (piece of a split face), kind and control points,\n"
@@ -1551,9 +2075,10 @@ static const struct command {
     {"check", CHECK, run_check, "MESH [--json]", "compares shared edges from both sides",
      "Compares the samples of every edge as its two faces have them: positions must agree bit\n"
      "for bit; the largest angle between normals is printed. Normals are not compared on sharp\n"
-     "edges, with a blend ratio of 0 at an end, nor where they are degenerate: on edges shorter\n"
-     "than 1e-5 of the bounding box diagonal, beside faces with an angle under 0.5 degrees, at\n"
-     "vertices of valence 2. Exit status 1 on a crack or a value that is not finite.\n\n"
+     "edges, which are hard or have a blend ratio of 0 at an end, nor where they are degenerate:\n"
+     "on edges shorter than 1e-5 of the bounding box diagonal, beside faces with an angle under\n"
+     "0.5 degrees, at tips of slits, and where a normal is zero; such edges are listed. Faces\n"
+     "count from 0. Exit status 1 on a crack or a value that is not finite.\n\n"
      "Examples:\n"
      "    patchsurf check spot.obj\n"
      "    patchsurf check spot.obj --rate 33 --json\n"},
@@ -1600,6 +2125,27 @@ static void set_blend(options *o, const char *value)
     }
 }
 
+static void set_crease_angle(options *o, const char *value)
+{
+    char *end;
+    o->crease_angle = strtod(value, &end);
+    o->has_crease_angle = true;
+    if (end == value || *end || !(o->crease_angle >= 0 && o->crease_angle <= 180)) {
+        fail("patchsurf", 0, "--crease-angle takes degrees from 0 to 180, not %s", value);
+    }
+}
+
+/* The one scheme of this version takes no normals, so there is nothing to remember. */
+static void set_normals(options *o, const char *value)
+{
+    (void)o;
+    if (strcmp(value, "input") != 0 && strcmp(value, "average") != 0
+        && strcmp(value, "average-area") != 0 && strcmp(value, "limit") != 0) {
+        fail("patchsurf", 0, "--normals takes input, average, average-area or limit, not %s",
+             value);
+    }
+}
+
 static const struct option {
     const char *name, *value;           /* value: what its argument is called, or NULL */
     unsigned commands;
@@ -1612,7 +2158,10 @@ static const struct option {
     {"--scheme", "S", EVERY, set_scheme, "the surface: pm (default)"},
     {"--rate", "R", EVERY, set_rate, "segments per edge, 1 to 16384 (default 8)"},
     {"--blend", "A", EVERY, set_blend,
-     "blend ratio of edges without a tag: 0 sharp, 2/3 B-spline (default), 1 softest"},
+     "blend ratio of edges without a tag: 0 sharp, 2/3 (default) B-spline, 1 soft"},
+    {"--crease-angle", "DEG", EVERY, set_crease_angle, "edges folded more sharply become hard"},
+    {"--normals", "N", EVERY, set_normals,
+     "input, average, average-area or limit; pm needs none and ignores a file's"},
     {"--quiet", NULL, EVERY, set_quiet, "no warnings and no progress bar"},
     {"--help", NULL, EVERY, set_help, "this text"},
 };
@@ -1628,13 +2177,15 @@ static void print_help(FILE *file, const struct command *command)
     for (i = 0; i < OPTION_COUNT; i++) {
         const struct option *option = &option_table[i];
         if (option->commands & command->bit) {
-            fprintf(file, "    %-11s %-4s %s\n", option->name, option->value ? option->value : "",
+            fprintf(file, "    %-14s %-4s %s\n", option->name, option->value ? option->value : "",
                     option->help);
         }
     }
-    fputs("\nMESH is a Wavefront OBJ file, or - for standard input: a closed mesh of triangles,\n"
-          "quads and pentagons, counter-clockwise seen from outside. Tags \"t crease\" of a\n"
-          "sharpness s < 10 set the blend ratio (2/3) 2^-s at both ends of their edges.\n"
+    fputs("\nMESH is a Wavefront OBJ or PLY file, or - for standard input: polygons of any size,\n"
+          "counter-clockwise seen from outside, at most two at an edge. OBJ files may have tags.\n"
+          "\"t crease\" of a sharpness s >= 10 makes an edge hard: a smooth curve with one normal\n"
+          "on each side; below, it sets the blend ratio (2/3) 2^-s at both ends. \"t corner\" of\n"
+          "s >= 10 keeps a vertex in place where two or more hard or boundary edges meet.\n"
           "Exit status: 0 done, 1 a check failed, 2 bad usage or bad input.\n", file);
 }
 

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
-r"""Draws OBJ meshes side by side into one PNG picture. Needs Python 3 and nothing else.
+r"""Draws OBJ and GLB meshes side by side into one PNG picture. Needs Python 3 and nothing else.
 
 A mesh with normals is shaded smoothly, one without is drawn with flat faces. The meshes of a
-column share one camera, so that a control mesh and its surface can be compared.
+column share one camera, so that a control mesh and its surface can be compared. With --checker,
+texture coordinates show as a pattern of squares. With --wire, tagged edges are drawn in red.
 
     build/patchsurf tessellate examples/meshes/axe.obj -o build/axe.obj
     python3 examples/picture.py axe.png examples/meshes/axe.obj build/axe.obj --wire
     python3 examples/picture.py axe.png build/axe.obj --size 1000 800 --azimuth 70 --elevation 5
 
-The picture of the sample meshes, control meshes above their surfaces (bash):
+The pictures of the sample meshes, control meshes above their surfaces (bash):
 
     for m in dodecahedra ball creature axe; do
         build/patchsurf tessellate examples/meshes/$m.obj -o build/$m.obj; done
@@ -17,9 +18,20 @@ The picture of the sample meshes, control meshes above their surfaces (bash):
         build/{dodecahedra,ball,creature,axe}.obj \
         --columns 4 --size 1200 700 --azimuth 34 --wire --tint
 
+    for m in axe_blend axe_hard hand rounded_cube pawn plate cloth; do
+        build/patchsurf tessellate examples/meshes/$m.obj -o build/$m.obj; done
+    python3 examples/picture.py examples/meshes/gallery2.png \
+        examples/meshes/{axe_blend,axe_hard,hand,rounded_cube,pawn,plate,cloth}.obj \
+        build/{axe_blend,axe_hard,hand,rounded_cube,pawn,plate,cloth}.obj \
+        --columns 7 --widths 10 10 17 12 13 23 22 --size 1200 700 --azimuth 34 --wire --tint
+
+    build/patchsurf tessellate examples/meshes/cloth.obj -o build/cloth.glb
+    python3 examples/picture.py examples/meshes/cloth.png build/cloth.glb --checker 16
+
 The y axis points up; azimuth 0 and elevation 0 look at the mesh from the +z side.
 """
 import argparse
+import json
 import math
 import struct
 import sys
@@ -38,7 +50,8 @@ SKY_STRENGTH, SKY_COLOUR, GROUND_COLOUR = 0.34, (0.86, 0.93, 1.00), (0.80, 0.74,
 GLOSS, GLOSS_EXPONENT = 0.16, 36
 
 SURFACE = "#e3a857"
-WIRE = "#2b2f3a"
+CHECKER = "#f7efe0"                                     # every other square, with --checker
+WIRE, TAGGED = "#2b2f3a", "#d1134f"
 TINTS = {3: "#3fa796", 4: "#e8dcc3", 5: "#e2725b"}      # by corners of a face; more: the last
 BACKGROUND = ("#fbfbfc", "#e6e9ee")                     # top and bottom of the picture
 
@@ -81,18 +94,20 @@ def unit(a):
 # ---- meshes --------------------------------------------------------------------------------------
 
 class Mesh:
-    """What the OBJ file says, indices counted from 0."""
+    """What the file says, indices counted from 0."""
 
     def __init__(self):
-        self.points, self.normals = [], []
+        self.points, self.normals, self.places = [], [], []     # places: in the texture
         self.faces = []                         # lists of point indices
         self.face_normals = []                  # lists of normal indices, or None
+        self.face_places = []                   # lists of place indices, or None
+        self.tagged = set()                     # edges (a, b), a < b
 
 
-def read_vector(words):
-    vector = tuple(float(word) for word in words[1:4])
-    if len(vector) != 3 or not all(math.isfinite(x) for x in vector):
-        raise ValueError("expected three finite numbers")
+def read_vector(words, size):
+    vector = tuple(float(word) for word in words[1:size + 1])
+    if len(vector) != size or not all(math.isfinite(x) for x in vector):
+        raise ValueError(f"expected {size} finite numbers")
     return vector
 
 
@@ -113,6 +128,16 @@ def read_face(mesh, words):
         mesh.face_normals.append([read_index(c[2], len(mesh.normals)) for c in corners])
     else:
         mesh.face_normals.append(None)
+    if all(len(c) > 1 and c[1] for c in corners):
+        mesh.face_places.append([read_index(c[1], len(mesh.places)) for c in corners])
+    else:
+        mesh.face_places.append(None)
+
+
+def read_crease(mesh, counts, words):
+    """The edges of a tag like: t crease 2/1/0 a b sharpness."""
+    ends = [int(word) for word in words[:int(counts.split("/")[0])]]
+    mesh.tagged.update((min(e), max(e)) for e in zip(ends[::2], ends[1::2]))
 
 
 def read_obj(path):
@@ -124,13 +149,89 @@ def read_obj(path):
                 if not words:
                     continue
                 if words[0] == "v":
-                    mesh.points.append(read_vector(words))
+                    mesh.points.append(read_vector(words, 3))
                 elif words[0] == "vn":
-                    mesh.normals.append(read_vector(words))
+                    mesh.normals.append(read_vector(words, 3))
+                elif words[0] == "vt":
+                    mesh.places.append(read_vector(words, 2))
                 elif words[0] == "f":
                     read_face(mesh, words[1:])
+                elif words[:2] == ["t", "crease"] and len(words) > 2:
+                    read_crease(mesh, words[2], words[3:])
             except ValueError as error:
                 raise ValueError(f"{path}:{number}: {error}") from None
+    return mesh
+
+
+def read_accessor(gltf, binary, number):
+    """A list of numbers, or of tuples, from the binary chunk."""
+    accessor = gltf["accessors"][number]
+    view = gltf["bufferViews"][accessor["bufferView"]]
+    if "sparse" in accessor or "uri" in gltf["buffers"][view["buffer"]]:
+        raise ValueError("sparse accessors and external buffers are not read")
+    letter = {5120: "b", 5121: "B", 5122: "h", 5123: "H", 5125: "I", 5126: "f"}
+    size = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}[accessor["type"]]
+    item = struct.Struct("<" + letter[accessor["componentType"]] * size)
+    first = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+    stride = view.get("byteStride", item.size)
+    items = [item.unpack_from(binary, first + i * stride) for i in range(accessor["count"])]
+    return [x for x, in items] if size == 1 else items
+
+
+def read_primitive(mesh, gltf, binary, primitive):
+    if primitive.get("mode", 4) != 4:
+        raise ValueError("only triangles are read")
+    attributes = primitive["attributes"]
+    points = read_accessor(gltf, binary, attributes["POSITION"])
+    indices = range(len(points))
+    if "indices" in primitive:
+        indices = read_accessor(gltf, binary, primitive["indices"])
+    if any(i >= len(points) for i in indices):
+        raise ValueError("index is out of range")
+    faces = list(zip(indices[::3], indices[1::3], indices[2::3]))
+    for name, values, lists in (("POSITION", mesh.points, mesh.faces),
+                                ("NORMAL", mesh.normals, mesh.face_normals),
+                                ("TEXCOORD_0", mesh.places, mesh.face_places)):
+        if name not in attributes:
+            lists += [None] * len(faces)
+            continue
+        base = len(values)
+        values += read_accessor(gltf, binary, attributes[name])
+        if len(values) != base + len(points):
+            raise ValueError(f"{name} and POSITION have different counts")
+        lists += [[base + i for i in face] for face in faces]
+
+
+def read_glb(path):
+    """All meshes of a binary glTF file, where they are without the transformations of nodes."""
+    with open(path, "rb") as file:
+        data = file.read()
+    try:
+        magic, version, _ = struct.unpack_from("<4sII", data)
+        if magic != b"glTF" or version != 2:
+            raise ValueError("not binary glTF 2")
+        chunks, at = {}, 12
+        while at < len(data):
+            size, kind = struct.unpack_from("<I4s", data, at)
+            chunks[kind] = data[at + 8:at + 8 + size]
+            at += 8 + size
+        gltf = json.loads(chunks[b"JSON"])
+        if any(set(node) & {"matrix", "rotation", "scale", "translation"}
+               for node in gltf.get("nodes", [])):
+            raise ValueError("transformed nodes are not read")
+        mesh = Mesh()
+        for part in gltf["meshes"]:
+            for primitive in part["primitives"]:
+                read_primitive(mesh, gltf, chunks[b"BIN\0"], primitive)
+    except (KeyError, IndexError, TypeError, struct.error) as error:
+        raise ValueError(f"{path}: broken: {error!r}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    return mesh
+
+
+def read_mesh(path):
+    mesh = read_glb(path) if path.lower().endswith(".glb") else read_obj(path)
     if not mesh.faces:
         raise ValueError(f"{path}: no faces")
     return mesh
@@ -281,6 +382,29 @@ class Raster:
                 u += udx
                 v += vdx
 
+    def checkered(self, a, b, c, tables):
+        """As smooth(), of points with the place in the texture behind the normal; squares of side 1
+        are coloured by one table and the other in turn."""
+        slope = gradient(a, b, c, 2)
+        if slope is None:
+            return
+        dx, dy, z0 = slope
+        udx, udy, u0 = gradient(a, b, c, 3)
+        vdx, vdy, v0 = gradient(a, b, c, 4)
+        sdx, sdy, s0 = gradient(a, b, c, 5)
+        tdx, tdy, t0 = gradient(a, b, c, 6)
+        depth, pixels, width, levels = self.depth, self.colour, self.width, NORMAL_LEVELS
+        mask = levels - 1
+        for y, i, j in self.spans(a, b, c):
+            for x in range(i, j):
+                k = y * width + x
+                z = z0 + x * dx + y * dy
+                if z > depth[k]:
+                    depth[k] = z
+                    u, v = int(u0 + x * udx + y * udy) & mask, int(v0 + x * vdx + y * vdy) & mask
+                    odd = math.floor(s0 + x * sdx + y * sdy) + math.floor(t0 + x * tdx + y * tdy)
+                    pixels[k] = tables[odd & 1][v * levels + u]
+
     def line(self, a, b, thickness, colour):
         """A thick line, a little nearer than the faces it lies on."""
         dx, dy = b[0] - a[0], b[1] - a[1]
@@ -320,8 +444,8 @@ def face_normal(mesh, face):
 
 
 def draw_flat(raster, mesh, screen, camera, albedo_of_size):
-    for face, normals in zip(mesh.faces, mesh.face_normals):
-        if normals is not None:
+    for face, normals, places in zip(mesh.faces, mesh.face_normals, mesh.face_places):
+        if normals is not None or places is not None:
             continue
         n = camera.turn(face_normal(mesh, face))
         if n[2] < 0:                            # seen from inside; hidden unless the mesh is open
@@ -332,25 +456,55 @@ def draw_flat(raster, mesh, screen, camera, albedo_of_size):
             raster.flat(screen[face[0]], screen[face[i]], screen[face[i + 1]], colour)
 
 
-def draw_smooth(raster, mesh, screen, camera, table):
+def seen_from_outside(corners):
+    return sum(p[0] * q[1] - q[0] * p[1] for p, q in zip(corners, corners[1:] + corners[:1])) < 0
+
+
+def table_places(corners, normals):
+    """Where the unit normals, in view coordinates, of a face are in a shade table."""
     half = NORMAL_LEVELS / 2
+    outside = seen_from_outside(corners)
+    places = []
+    for x, y, z in normals:
+        # The inside of an open mesh is lit as if it were the outside of another.
+        reach = half - 1 if outside or z >= 0 else 1 - half
+        places.append((half + reach * x, half + reach * y))
+    return places
+
+
+def draw_smooth(raster, mesh, screen, camera, table):
     turned = [camera.turn(unit(n)) for n in mesh.normals]
-    for face, normals in zip(mesh.faces, mesh.face_normals):
-        if normals is None:
+    for face, normals, places in zip(mesh.faces, mesh.face_normals, mesh.face_places):
+        if normals is None or places is not None:
             continue
-        # Seen from inside: hidden unless the mesh is open. On the horizon nothing is turned round.
-        inside = sum(turned[n][2] for n in normals) < -0.35 * len(normals)
-        reach = 1 - half if inside else half - 1
-        corners = [screen[p] + (half + reach * turned[n][0], half + reach * turned[n][1])
-                   for p, n in zip(face, normals)]
+        corners = [screen[p] for p in face]
+        colours = table_places(corners, [turned[n] for n in normals])
+        corners = [corner + colour for corner, colour in zip(corners, colours)]
         for i in range(1, len(face) - 1):
             raster.smooth(corners[0], corners[i], corners[i + 1], table)
+
+
+def draw_checkered(raster, mesh, screen, camera, tables, squares):
+    """The faces with texture coordinates, with normals or flat."""
+    turned = [camera.turn(unit(n)) for n in mesh.normals]
+    for face, normals, places in zip(mesh.faces, mesh.face_normals, mesh.face_places):
+        if places is None:
+            continue
+        if normals is None:
+            shaded = [camera.turn(face_normal(mesh, face))] * len(face)
+        else:
+            shaded = [turned[n] for n in normals]
+        corners = [screen[p] for p in face]
+        corners = [corner + colour + tuple(squares * x for x in mesh.places[place])
+                   for corner, colour, place in zip(corners, table_places(corners, shaded), places)]
+        for i in range(1, len(face) - 1):
+            raster.checkered(corners[0], corners[i], corners[i + 1], tables)
 
 
 def draw_wire(raster, mesh, screen, thickness):
     """The edges of faces without normals, where they bound a face seen from outside, or one face
     only. (Lines are nearer than faces: edges just behind the horizon would shine through.)"""
-    colour = pack(linear(WIRE))
+    colour, tagged = pack(linear(WIRE)), pack(linear(TAGGED))
     users, visible = {}, set()
     for face, normals in zip(mesh.faces, mesh.face_normals):
         if normals is not None:
@@ -358,11 +512,12 @@ def draw_wire(raster, mesh, screen, thickness):
         edges = [(min(p, q), max(p, q)) for p, q in zip(face, face[1:] + face[:1])]
         for edge in edges:
             users[edge] = users.get(edge, 0) + 1
-        if sum(screen[p][0] * screen[q][1] - screen[q][0] * screen[p][1]
-               for p, q in zip(face, face[1:] + face[:1])) < 0:
+        if seen_from_outside([screen[p] for p in face]):
             visible.update(edges)
     for (p, q), count in users.items():
-        if count == 1 or (p, q) in visible:
+        if (p, q) in mesh.tagged and (p, q) in visible:
+            raster.line(screen[p], screen[q], 2 * thickness, tagged)
+        elif count == 1 or (p, q) in visible:
             raster.line(screen[p], screen[q], thickness, colour)
 
 
@@ -469,8 +624,10 @@ def draw(mesh, camera, backs, width, height, options):
     surface = linear(options.colour)
     albedo = {n: linear(TINTS[n]) if options.tint else surface for n in TINTS}
     draw_flat(raster, mesh, screen, camera, albedo)
-    if any(normals is not None for normals in mesh.face_normals):
-        draw_smooth(raster, mesh, screen, camera, shade_table(surface))
+    table = shade_table(surface)
+    draw_smooth(raster, mesh, screen, camera, table)
+    draw_checkered(raster, mesh, screen, camera, (shade_table(linear(CHECKER)), table),
+                   options.checker)
     light = occlusion(raster, width, height)
     if options.wire:
         draw_wire(raster, mesh, screen, SUPERSAMPLING * 1.2)
@@ -515,10 +672,13 @@ def picture(meshes, options):
     columns = options.columns or len(meshes)
     lines = -(-len(meshes) // columns)
     width, height = options.size
-    if min(width // columns, height // lines) < 16:
-        raise ValueError("the picture is too small for so many meshes")
-    xs = [width * i // columns for i in range(columns + 1)]
+    shares = options.widths or [1] * columns
+    if len(shares) != columns:
+        raise ValueError(f"--widths takes {columns} numbers, one a column")
+    xs = [width * sum(shares[:i]) // sum(shares) for i in range(columns + 1)]
     ys = [height * j // lines for j in range(lines + 1)]
+    if min(b - a for cuts in (xs, ys) for a, b in zip(cuts, cuts[1:])) < 16:
+        raise ValueError("the picture is too small for so many meshes")
     backs = [background(y, height) for y in range(height)]
     rows = []
     for j in range(lines):
@@ -554,9 +714,11 @@ def read_options():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", metavar="OUT.png")
-    parser.add_argument("meshes", metavar="MESH.obj", nargs="+")
+    parser.add_argument("meshes", metavar="MESH", nargs="+", help="Wavefront OBJ or binary glTF")
     parser.add_argument("--columns", type=positive, metavar="N",
                         help="meshes side by side before the next row begins (default: all)")
+    parser.add_argument("--widths", type=positive, metavar="N", nargs="+",
+                        help="relative widths of the columns (default: all the same)")
     parser.add_argument("--size", type=positive, nargs=2, metavar=("W", "H"), default=(640, 480),
                         help="of the whole picture (default: 640 480)")
     parser.add_argument("--azimuth", type=float, metavar="DEG", default=30.0,
@@ -567,6 +729,8 @@ def read_options():
                         help="draw the edges of faces that have no normals")
     parser.add_argument("--tint", action="store_true",
                         help="colour faces that have no normals by their number of corners")
+    parser.add_argument("--checker", type=positive, metavar="N",
+                        help="squares on faces with texture coordinates, N across the texture")
     parser.add_argument("--colour", type=hex_colour, metavar="#RRGGBB", default=SURFACE,
                         help=f"of everything else (default: {SURFACE})")
     return parser.parse_args()
@@ -575,7 +739,10 @@ def read_options():
 def main():
     options = read_options()
     try:
-        meshes = [read_obj(path) for path in options.meshes]
+        meshes = [read_mesh(path) for path in options.meshes]
+        if not options.checker:
+            for mesh in meshes:
+                mesh.face_places = [None] * len(mesh.faces)
         rows = picture(meshes, options)
         write_png(options.out, options.size[0], rows)
     except (OSError, ValueError) as error:

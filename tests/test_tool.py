@@ -24,6 +24,8 @@ import time
 import unittest
 from collections import Counter
 
+import count_mesh
+
 TOOL = os.path.abspath(sys.argv[1]) if len(sys.argv) > 1 else "build/patchsurf"
 COMMANDS = ("info", "tessellate", "patches", "sample", "check")
 
@@ -75,9 +77,23 @@ def house():
 
 CUBE = ([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)],
         [(2, 0, 1, 3), (1, 0, 4, 5), (4, 0, 2, 6), (3, 1, 5, 7), (6, 2, 3, 7), (5, 4, 6, 7)])
+CUBE_EDGES = sorted({tuple(sorted((f[i - 1], f[i]))) for f in CUBE[1] for i in range(4)})
 OCTAHEDRON = ([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)],
               [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4),
                (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)])
+
+
+# Two triangles and two quads back to back, so that all their vertices have two edges.
+PILLOWS = ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (3, 0, 0), (4, 0, 0), (4, 1, 0), (3, 1, 1)],
+           [(0, 1, 2), (2, 1, 0), (3, 4, 5, 6), (6, 5, 4, 3)])
+
+
+def grid(columns, rows):
+    """An open sheet of quads."""
+    vertices = [(i, j, 0.1 * i * j) for i in range(columns + 1) for j in range(rows + 1)]
+    at = lambda i, j: i * (rows + 1) + j
+    return vertices, [(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1))
+                      for i in range(columns) for j in range(rows)]
 
 
 def jitter(mesh, seed=1, size=0.1):
@@ -89,6 +105,47 @@ def obj(mesh, extra=""):
     lines = ["v %r %r %r" % tuple(map(float, p)) for p in mesh[0]]
     lines += ["f " + " ".join(str(v + 1) for v in face) for face in mesh[1]]
     return "\n".join(lines) + "\n" + extra
+
+
+def creases(edges, sharpness=10):
+    return "".join("t crease 2/1/0 %d %d %s\n" % (*sorted(e), sharpness) for e in edges)
+
+
+def ply(mesh, form="ascii", coordinate="float", count="uchar", index="int",
+        vertex_names="x y z", list_name="vertex_indices", extra=lambda v: (), line_break="\n"):
+    """vertex_names: of all properties, those beyond z given by extra(vertex number)."""
+    letters = dict(float="f", float32="f", double="d", float64="d", char="b", int8="b", uchar="B",
+                   uint8="B", short="h", int16="h", ushort="H", uint16="H", int="i", int32="i",
+                   uint="I", uint32="I")
+    lines = ["ply", "format %s 1.0" % form, "comment end_header element face 7", "obj_info none",
+             "element vertex %d" % len(mesh[0])]
+    lines += ["property %s %s" % (coordinate, name) for name in vertex_names.split()]
+    lines += ["element face %d" % len(mesh[1]),
+              "property list %s %s %s" % (count, index, list_name), "end_header"]
+    header = line_break.join(lines) + line_break
+    vertices = [(*p, *extra(v)) for v, p in enumerate(mesh[0])]
+    if form == "ascii":
+        rows = [" ".join(map(repr, map(float, p))) for p in vertices]
+        rows += ["%d " % len(f) + " ".join(map(str, f)) for f in mesh[1]]
+        return (header + line_break.join(rows) + line_break).encode()
+    order = {"binary_little_endian": "<", "binary_big_endian": ">"}[form]
+    pack = lambda letter, values: struct.pack(order + letter * len(values), *values)
+    data = b"".join(pack(letters[coordinate], p) for p in vertices)
+    for f in mesh[1]:
+        data += pack(letters[count], [len(f)]) + pack(letters[index], f)
+    return header.encode() + data
+
+
+def limit_position(mesh, vertex):
+    """Where a vertex inside a closed mesh without hard edges ends on the surface."""
+    rings = [(f, f.index(vertex)) for f in mesh[1] if vertex in f]
+    n, v, p = len(rings), [0, 0, 0], mesh[0][vertex]
+    for face, i in rings:
+        at = lambda k: mesh[0][face[(i + k) % len(face)]]
+        for k in range(3):
+            f = (4 * p[k] + 2 * (at(1)[k] + at(-1)[k]) + (at(2)[k] + at(-2)[k]) / 2) / 9
+            v[k] += (9 * f + (n - 4) * p[k]) / (n * (n + 5))
+    return v
 
 
 def edges_of(faces):
@@ -151,6 +208,26 @@ def parse_glb(data):
     assert max(flat) < len(points) and max(flat) != 256 ** index_size - 1
     uvs = read(attributes["TEXCOORD_0"])[2] if "TEXCOORD_0" in attributes else []
     return (points, uvs, read(attributes["NORMAL"])[2], list(zip(*[iter(flat)] * 3))), index_size
+
+
+def parse_ply(data):
+    """The same of the PLY files that the tool writes."""
+    header, binary = data.split(b"end_header\n", 1)
+    lines = [line for line in header.decode("ascii").split("\n") if not line.startswith("comment")]
+    assert lines[:2] == ["ply", "format binary_little_endian 1.0"] and lines[-1] == ""
+    vertices, names = int(lines[2].split()[2]), lines[3:-3]
+    assert names[:6] == ["property float " + name for name in "x y z nx ny nz".split()]
+    assert names[6:] in ([], ["property float s", "property float t"])
+    assert lines[-3].startswith("element face ")
+    assert lines[-2] == "property list uchar int vertex_indices"
+    faces, width = int(lines[-3].split()[2]), len(names)
+    assert len(binary) == 4 * width * vertices + 13 * faces
+    rows = [struct.unpack_from("<%df" % width, binary, 4 * width * v) for v in range(vertices)]
+    triangles = [struct.unpack_from("<B3i", binary, 4 * width * vertices + 13 * f)
+                 for f in range(faces)]
+    assert all(t[0] == 3 for t in triangles)
+    return ([r[:3] for r in rows], [r[6:] for r in rows if r[6:]], [r[3:6] for r in rows],
+            [t[1:] for t in triangles])
 
 
 def parse_csv(text):
@@ -221,6 +298,11 @@ class Info(ToolTest):
             "ball": (ball(7, 5), dict(vertices=30, faces=35, max_valence=7, ordinary=21, polar=14)),
             "prism": (prism(5), dict(vertices=10, faces=7, edges=15, p4=5, p5=2)),
             "house": (house(), dict(vertices=10, faces=8, max_valence=4, p3=2, p4=4, p5=2)),
+            "cylinder": (prism(8), dict(ngon=2, max_valence=3, ordinary=8)),
+            "pillows": (PILLOWS, dict(edges=7, valence2=7, ngon=4, components=2, max_valence=2)),
+            "sheet": (grid(4, 3), dict(ordinary=12, boundary_edges=14, max_valence=4)),
+            "triangle": (([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]),
+                         dict(boundary_edges=3, p3=1, max_valence=2)),
         }
         points = dict(ordinary=16, polar=13, p3=19, p4=25, p5=31)
         for name, (mesh, expected) in cases.items():
@@ -231,16 +313,36 @@ class Info(ToolTest):
                             "boundary_edges", "hard_edges"):
                     expected.setdefault(key, 0)
                 self.assertEqual({key: info[key] for key in expected}, expected)
-                self.assertEqual(info["control_points"],
-                                 sum(info[kind] * count for kind, count in points.items()))
+                pieces = {"cylinder": 16 * 13, "pillows": 14 * 13}.get(name, 0)     # all polar
+                self.assertEqual(info["control_points"], pieces
+                                 + sum(info[kind] * count for kind, count in points.items()))
                 self.assertGreater(info["bytes"], 12 * info["control_points"])
                 keys = ("vertices faces edges boundary_edges hard_edges components max_valence "
                         "ordinary polar p3 p4 p5 ngon valence2 control_points bytes").split()
-                if name == "octahedron":
+                if name in ("octahedron", "triangle"):
                     keys += "cos_mean cos_std cos_min cos_max convex concave inflection".split()
                 self.assertEqual(list(info), keys)
                 text = dict(line.split() for line in self.ok("info", "mesh.obj").splitlines())
                 self.assertEqual({key: float(value) for key, value in text.items()}, info)
+
+    def test_random_tags(self):
+        """Holes, creases and corners at random, against counts from the definitions alone."""
+        rng = random.Random(5)
+        meshes = (ball(7, 6), torus(6, 5), torus(4, 3), prism(7), house(), grid(6, 5), PILLOWS)
+        seen = Counter()
+        for vertices, faces in meshes * 8:
+            holes, share = rng.choice((0, 0.1)), rng.choice((0, 0.02, 0.2, 0.5))
+            kept = [f for f in faces if rng.random() > holes] or faces
+            hard = {e for e in edges_of(kept) if rng.random() < share}
+            corners = {v for e in hard for v in e if rng.random() < share}
+            tags = creases(sorted(map(sorted, hard)))
+            tags += "".join("t corner 1/1/0 %d 10\n" % v for v in sorted(corners))
+            info = self.info(obj((vertices, kept), tags), "--quiet")
+            expected = count_mesh.count(len(vertices), kept, hard, corners)
+            self.assertEqual({key: info[key] for key in expected}, expected, tags)
+            seen.update(expected)
+        self.assertTrue(all(seen[key] > 20 for key in ("hard_edges", "boundary_edges", "ngon")))
+        self.assertTrue(all(seen[key] > 20 for key in ("ordinary", "p3", "p4", "polar")), seen)
 
     def test_components(self):
         a, b = OCTAHEDRON, CUBE
@@ -290,9 +392,10 @@ class Tessellate(ToolTest):
     def judge(self, mesh, rate, result):
         points, uvs, normals, triangles = result
         edges = edges_of(mesh[1])
-        inside = {3: (rate - 1) * (rate - 2) // 2, 4: (rate - 1) ** 2,
-                  5: 5 * rate * (rate - 1) // 2 + 1}
-        count = {3: rate ** 2, 4: 2 * rate ** 2, 5: 5 * rate ** 2}
+        inside = {m: m * rate * (rate - 1) // 2 + 1 for m in range(5, 20)}
+        inside.update({3: (rate - 1) * (rate - 2) // 2, 4: (rate - 1) ** 2})
+        count = {m: (m if m != 4 else 2) * rate ** 2 for m in range(4, 20)}
+        count[3] = rate ** 2
         self.assertEqual(len(points), len(mesh[0]) + len(edges) * (rate - 1)
                          + sum(inside[len(f)] for f in mesh[1]))
         self.assertEqual(len(triangles), sum(count[len(f)] for f in mesh[1]))
@@ -305,7 +408,7 @@ class Tessellate(ToolTest):
         self.assertEqual(set(itertools.chain(*triangles)), set(range(len(points))))
 
     def test_meshes_and_rates(self):
-        for mesh in (CUBE, OCTAHEDRON, torus(5, 4), ball(6, 4), house()):
+        for mesh in (CUBE, OCTAHEDRON, torus(5, 4), ball(6, 4), house(), prism(7)):
             text = obj(jitter(mesh))
             self.judge(mesh, 8, self.surface(text))
             for rate in (1, 2, 5):
@@ -324,14 +427,8 @@ class Tessellate(ToolTest):
         """Vertices of the surface, from the formula for the limit position."""
         mesh = jitter(house())
         surface = set(self.surface(obj(mesh), "--rate", 1)[0])
-        for vertex, p in enumerate(mesh[0]):
-            rings = [(f, f.index(vertex)) for f in mesh[1] if vertex in f]
-            n, v = len(rings), [0, 0, 0]
-            for face, i in rings:
-                at = lambda k: mesh[0][face[(i + k) % len(face)]]
-                for k in range(3):
-                    f = (4 * p[k] + 2 * (at(1)[k] + at(-1)[k]) + (at(2)[k] + at(-2)[k]) / 2) / 9
-                    v[k] += (9 * f + (n - 4) * p[k]) / (n * (n + 5))
+        for vertex in range(len(mesh[0])):
+            v = limit_position(mesh, vertex)
             self.assertTrue(any(math.dist(v, q) < 1e-6 for q in surface), (vertex, v))
 
     def test_glb_equals_obj(self):
@@ -344,6 +441,17 @@ class Tessellate(ToolTest):
             for from_binary, from_text in zip(binary, parse_obj(self.read("out.obj"))):
                 self.assertEqual(from_binary, [tuple(map(float32, x)) if type(x[0]) is float else x
                                                for x in from_text])
+
+    def test_ply_equals_obj(self):
+        square = ((0, 0), (1, 0), (1, 1), (0, 1))
+        for text in (obj(jitter(house())), Texture.textured(CUBE, lambda f, i: square[i])):
+            self.write(text)
+            for name in ("out.ply", "out.obj"):
+                self.assertEqual(self.ok("tessellate", "mesh.obj", "-o", name), "")
+            from_text = parse_obj(self.read("out.obj"))
+            self.assertEqual(parse_ply(self.read("out.ply", "rb")), tuple(
+                [tuple(map(float32, x)) if type(x[0]) is float else x for x in part]
+                for part in from_text))
 
     def test_index_width(self):
         self.write(obj(torus(16, 16)))
@@ -361,7 +469,8 @@ class Tessellate(ToolTest):
 
 
 class Texture(ToolTest):
-    def textured(self, mesh, uv_of):
+    @staticmethod
+    def textured(mesh, uv_of):
         """uv_of(face number, corner number) gives the coordinate, or None."""
         lines = ["v %r %r %r" % tuple(map(float, p)) for p in mesh[0]]
         count = 0
@@ -421,6 +530,30 @@ class Texture(ToolTest):
             self.assertTrue(any(math.dist(uv, other) < 1e-5
                                 for other in at[tuple(map(float, rest[:3]))]))
 
+    def test_seam_on_an_open_mesh(self):
+        """A sheet in two charts: the line between them is there twice, the rim once."""
+        mesh, rate = grid(4, 2), 3
+        whole = self.textured(mesh, lambda f, i: mesh[0][mesh[1][f][i]][:2])
+        cut = self.textured(mesh, lambda f, i: (mesh[0][mesh[1][f][i]][0] + 10 * (f >= 4),
+                                                mesh[0][mesh[1][f][i]][1]))
+        points, uvs, normals, triangles = self.surface(whole, "--rate", rate)
+        self.assertEqual(len(points), (4 * rate + 1) * (2 * rate + 1))
+        cut_points, cut_uvs, _, cut_triangles = self.surface(cut, "--rate", rate)
+        self.assertEqual(len(cut_points), len(points) + 2 * rate + 1)
+        self.assertEqual(len(cut_triangles), len(triangles))
+        place = lambda p, uv: (p, (round(uv[0] - 10 * (uv[0] > 7), 4), round(uv[1], 4)))
+        self.assertEqual(set(map(place, cut_points, cut_uvs)), set(map(place, points, uvs)))
+
+    def test_seam_on_a_hard_edge(self):
+        """A hard edge is split once, whether a seam runs along it or not."""
+        square = ((0, 0), (1, 0), (1, 1), (0, 1))
+        options = ("--crease-angle", 45, "--rate", 4)
+        plain = self.surface(obj(CUBE), *options)
+        text = self.textured(CUBE, lambda f, i: (2 * f + square[i][0], square[i][1]))
+        points, uvs, normals, triangles = self.surface(text, *options)
+        self.assertEqual((points, normals, triangles), (plain[0], plain[2], plain[3]))
+        self.assertEqual(len(set(uvs)), 150)
+
     def test_missing_coordinates(self):
         text = self.textured(CUBE, lambda f, i: (0.5, 0.25) if f == 0 else None)
         _, uvs, _, _ = self.surface(text, warnings=1)
@@ -436,23 +569,28 @@ class Texture(ToolTest):
 
 class Sample(ToolTest):
     def test_order_and_domain(self):
-        mesh = house()
-        for rate in (1, 3, 8):
-            step = lambda i: float32(i / rate)
-            expected = []
-            for f, face in enumerate(mesh[1]):
-                for sector in range(len(face) if len(face) > 4 else 1):
-                    for v in range(rate + 1):
-                        row = rate + 1 if len(face) == 4 else rate + 1 - v
-                        expected += [(f, sector, step(u), step(v)) for u in range(row)]
-            self.write(obj(mesh))
-            header, rows = parse_csv(self.ok("sample", "mesh.obj", "--rate", rate))
-            self.assertEqual(header, "face sector u v x y z nx ny nz".split())
-            self.assertEqual([(int(r[0]), int(r[1]), float32(float(r[2])), float32(float(r[3])))
-                              for r in rows], expected)
+        top = [f for f in CUBE[1] if f == (3, 1, 5, 7)]
+        for mesh, tags in ((house(), ""), (prism(6), ""), (PILLOWS, ""), (grid(2, 1), ""),
+                           (CUBE, creases(edges_of(top)))):     # the top is alone and split
+            for rate in (1, 3, 8):
+                self.judge(mesh, tags, rate)
+
+    def judge(self, mesh, tags, rate):
+        step = lambda i: float32(i / rate)
+        expected = []
+        for f, face in enumerate(mesh[1]):
+            for sector in range(len(face) if len(face) > 4 else 1):
+                for v in range(rate + 1):
+                    row = rate + 1 if len(face) == 4 else rate + 1 - v
+                    expected += [(f, sector, step(u), step(v)) for u in range(row)]
+        self.write(obj(mesh, tags))
+        header, rows = parse_csv(self.ok("sample", "mesh.obj", "--rate", rate))
+        self.assertEqual(header, "face sector u v x y z nx ny nz".split())
+        self.assertEqual([(int(r[0]), int(r[1]), float32(float(r[2])), float32(float(r[3])))
+                          for r in rows], expected)
 
     def test_same_bits_as_tessellation(self):
-        for mesh in (house(), ball(5, 4), jitter(OCTAHEDRON)):
+        for mesh in (house(), ball(5, 4), jitter(OCTAHEDRON), prism(6), PILLOWS, grid(2, 2)):
             text = obj(mesh)
             points = self.surface(text, "--rate", 6)[0]
             rows = self.samples(text, "--rate", 6)
@@ -469,8 +607,13 @@ class Sample(ToolTest):
 
     def test_edges_meet(self):
         """Samples of an edge from both sides, found by the corners' numbers."""
-        mesh, rate, sides = jitter(house()), 5, {}
-        for face, sector, u, v, *rest in self.samples(obj(mesh), "--rate", rate):
+        for mesh, extra in ((house(), ""), (prism(6), ""), (PILLOWS, ""),
+                            (CUBE, creases(edges_of(CUBE[1])))):
+            self.compare_sides(jitter(mesh), extra)
+
+    def compare_sides(self, mesh, extra):
+        rate, sides = 5, {}
+        for face, sector, u, v, *rest in self.samples(obj(mesh, extra), "--rate", rate):
             corners = mesh[1][int(face)]
             size, u, v = len(corners), round(float(u) * rate), round(float(v) * rate)
             if size > 4:
@@ -547,6 +690,21 @@ class Patches(ToolTest):
                     self.assertEqual(ring, [here[k] for k in rows[p["kind"]]])
         self.assertEqual(seen, set(sizes))
 
+    def test_pieces(self):
+        """A split face has a patch for each of its edges, numbered by the edge's first corner."""
+        rows = self.samples(obj(prism(6)), "--rate", 1)
+        pieces = {}
+        for p in self.patches(obj(prism(6))):
+            if p["face"] < 2:
+                pieces[p["face"], p["sector"]] = p["points"]
+                self.assertEqual(p["kind"], "polar")
+            else:
+                self.assertEqual(p["sector"], 0)
+        self.assertEqual(sorted(pieces), list(itertools.product((0, 1), range(6))))
+        for face, sector, u, v, *rest in rows[:36]:
+            corner = {(1, 0): 0, (0, 1): 3, (0, 0): 12}[int(u), int(v)]
+            self.assertEqual([float(x) for x in rest[:3]], pieces[int(face), int(sector)][corner])
+
     def test_not_finite(self):
         vertices, faces = CUBE
         text = obj(([[3e38 * x for x in p] for p in vertices], faces))
@@ -561,6 +719,7 @@ class Check(ToolTest):
             "worst_face"]
 
     def check(self, text, *options):
+        """Of a mesh without tags or with them: what check finds."""
         result = json.loads(self.ok("check", self.write(text), "--json", *options))
         self.assertEqual(list(result), self.KEYS)
         return result
@@ -577,6 +736,37 @@ class Check(ToolTest):
 
     def test_sharp_edges(self):
         self.assertEqual(self.check(obj(CUBE), "--blend", "0")["sharp_edges"], 12)
+        self.assertEqual(self.check(obj(CUBE), "--crease-angle", "45")["sharp_edges"], 12)
+        self.assertEqual(self.check(obj(CUBE, creases([(0, 1), (1, 3)])))["sharp_edges"], 2)
+
+    def test_open(self):
+        """Boundary edges have one side."""
+        for mesh in (grid(4, 3), (CUBE[0], CUBE[1][:-1]), (CUBE[0], CUBE[1][:1])):
+            result = self.check(obj(jitter(mesh)), "--rate", 5)
+            inner = sum(map(len, mesh[1])) - len(edges_of(mesh[1]))
+            self.assertEqual((result["samples"], result["cracks"]), (6 * inner, 0))
+            self.assertLess(result["max_normal_deg"], 0.01)
+            self.assertEqual(result["worst_face"] is None, inner == 0)
+
+    def test_degenerate(self):
+        """Edges beside needles are counted apart and listed."""
+        vertices, faces = OCTAHEDRON
+        vertices = vertices[:4] + [(1, 1e-4, 1e-4)] + vertices[5:]   # nearly on another vertex
+        text = obj((vertices, faces))
+        result = self.check(text, "--rate", 4)
+        sharp = {frozenset((f[i - 1], f[i])) for f in faces if 4 in f and 0 in f for i in range(3)}
+        self.assertEqual(result["degenerate_normals"], 5 * len(sharp))
+        *facts, listed = self.ok("check", "mesh.obj", "--rate", 4).partition("degenerate edge")
+        found = set()
+        for line in ("degenerate edge" + listed).splitlines():
+            a, b, face = map(int, re.fullmatch(
+                r"degenerate edge +vertices (\d) and (\d), face (\d)", line).groups())
+            self.assertTrue({a - 1, b - 1} <= set(faces[face]))
+            found.add(frozenset((a - 1, b - 1)))
+        self.assertEqual(found, sharp)
+        line = obj(([(x, 0, 0) for x, y, z in grid(9, 9)[0]], grid(9, 9)[1]))
+        lines = self.ok("check", self.write(line)).splitlines()
+        self.assertEqual((len(lines), lines[-1]), (7 + 20 + 1, "degenerate edge     ... and more"))
 
     def test_text(self):
         result = self.check(obj(CUBE))
@@ -587,26 +777,22 @@ class Check(ToolTest):
 class Blend(ToolTest):
     """Creases of OpenSubdiv's tags, and --blend."""
 
-    def tags(self, sharpness, edges=None):
-        return "".join("t crease 2/1/0 %d %d %s\n" % (*sorted(e), sharpness)
-                       for e in edges or edges_of(CUBE[1]))
-
     def test_crease_is_a_blend_ratio(self):
         for s in ("0.5", "1", "2.75", "9.99"):
             ratio = repr(2 / 3 * 2 ** -float(s))
-            self.assertEqual(self.surface(obj(CUBE, self.tags(s))),
+            self.assertEqual(self.surface(obj(CUBE, creases(CUBE_EDGES, s))),
                              self.surface(obj(CUBE), "--blend", ratio))
 
     def test_default(self):
         plain = self.surface(obj(CUBE))
         self.assertEqual(self.surface(obj(CUBE), "--blend", repr(2 / 3)), plain)
-        self.assertEqual(self.surface(obj(CUBE, self.tags("0")), "--blend", "0.1"), plain)
-        self.assertEqual(self.surface(obj(CUBE, self.tags("-3"))), plain)
+        for s in ("0", "-3"):
+            text = obj(CUBE, creases(CUBE_EDGES, s))
+            self.assertEqual(self.surface(text, "--blend", "0.1"), plain)
         self.assertNotEqual(self.surface(obj(CUBE), "--blend", "0.1"), plain)
 
     def test_one_edge(self):
-        (a, b) = edge = (0, 1)
-        one = self.surface(obj(CUBE, self.tags("3", [edge])))
+        one = self.surface(obj(CUBE, creases([(0, 1)], 3)))
         self.assertNotEqual(one, self.surface(obj(CUBE)))
         for other in ("t crease 2/1/0 1 0 3\n",                    # either direction
                       "t crease 2/1/0 0 1 1\nt crease 2/1/0 1 0 3\n",   # the last one counts
@@ -616,13 +802,93 @@ class Blend(ToolTest):
 
     def test_tags_without_effect(self):
         plain = self.surface(obj(CUBE))
-        for value in (0, 1, 2):
-            extra = "t interpolateboundary 1/0/0 %d\n" % value
-            self.assertEqual(self.surface(obj(CUBE, extra)), plain)
         for extra in ("t corner 1/1/0 0 10.0\n", "t corner 1/1/0 7 2.5\nt corner 2/2/0 1 2 3 4\n",
                       "t hole 1/0/0 1\n", "t creasemethod 0/0/1 chaikin\n"):
             self.assertEqual(self.surface(obj(CUBE, extra), warnings=1), plain)
             self.assertEqual(self.surface(obj(CUBE, extra), "--quiet"), plain)
+
+
+class Sharp(ToolTest):
+    """Hard edges, boundaries and corners."""
+
+    def near(self, p, points):
+        return any(math.dist(p, q) < 1e-6 for q in points)
+
+    def test_crease_angle(self):
+        """A cube whose edges are all hard stays a cube."""
+        for angle, hard in (("89.9", 12), ("90", 0), ("180", 0), ("0", 12)):
+            self.assertEqual(self.info(obj(CUBE), "--crease-angle", angle)["hard_edges"], hard)
+        info = self.info(obj(CUBE), "--crease-angle=45")
+        self.assertEqual((info["ordinary"], info["ngon"]), (6, 0))
+        rate = 4
+        points, _, normals, triangles = self.surface(obj(CUBE), "--crease-angle", 45, "--rate", 4)
+        self.assertEqual(len(points), 6 * (rate + 1) ** 2)
+        for p, n in zip(points, normals):
+            axis = max(range(3), key=lambda k: abs(n[k]))
+            self.assertEqual((abs(n[axis]), p[axis]), (1, n[axis]))
+            self.assertTrue(all(abs(x) <= 1 for x in p))
+        tagged = self.surface(obj(CUBE, creases(CUBE_EDGES)), "--rate", 4)
+        self.assertEqual(tagged[0], points)
+        self.assertEqual(self.surface(obj(CUBE, creases(CUBE_EDGES, 2)), "--crease-angle", 45,
+                                      "--rate", 4)[0], points)
+
+    def test_fold_of_any_faces(self):
+        """Folds between the mean planes of faces of any size, closed and open."""
+        flat = ([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0.5, 0)],
+                [(0, 1, 2, 3), (2, 1, 4)])
+        self.assertEqual(self.info(obj(flat), "--crease-angle", 0)["hard_edges"], 0)
+        turned = math.radians(30)
+        flat[0][4] = (1 + math.cos(turned), 0.5, math.sin(turned))
+        for angle, hard in ((29.9, 1), (30.1, 0)):
+            self.assertEqual(self.info(obj(flat), "--crease-angle", angle)["hard_edges"], hard)
+        info = self.info(obj(prism(12)), "--crease-angle", 45)
+        self.assertEqual((info["hard_edges"], info["ngon"], info["ordinary"]), (24, 2, 12))
+
+    def test_sharpness_from_10(self):
+        loop = edges_of([CUBE[1][3]])
+        for s, hard in (("9.99", 0), ("10", 4), ("11", 4), ("1e9", 4)):
+            self.assertEqual(self.info(obj(CUBE, creases(loop, s)))["hard_edges"], hard)
+        twice = creases(loop) + creases(loop, 1)
+        self.assertEqual(self.surface(obj(CUBE, twice)), self.surface(obj(CUBE, creases(loop, 1))))
+
+    def test_crease_curve(self):
+        """Vertices of a crease and of a boundary: (a + 4 x + b) / 6, on both its sides."""
+        mesh = jitter(CUBE)
+        face = mesh[1][3]
+        top = obj(mesh, creases(edges_of([face])))
+        rim = obj((mesh[0], [f for f in mesh[1] if f != face]))
+        for text, copies in ((top, 2), (rim, 1)):
+            points = self.surface(text, "--rate", 1)[0]
+            for i, v in enumerate(face):
+                a, x, b = (mesh[0][k] for k in (face[i - 1], v, face[(i + 1) % 4]))
+                p = [(s + 4 * t + u) / 6 for s, t, u in zip(a, x, b)]
+                self.assertEqual(sum(math.dist(p, q) < 1e-6 for q in points), copies)
+
+    def test_corner(self):
+        """A corner keeps its vertex in place, where two sharp edges meet."""
+        sheet = jitter(grid(3, 3))
+        plain = self.surface(obj(sheet), "--rate", 1)[0]
+        for v in range(16):
+            with self.subTest(v):
+                one_face, inside = v in (0, 3, 12, 15), v in (5, 6, 9, 10)
+                self.assertEqual(self.near(sheet[0][v], plain), one_face)
+                tag = "t corner 1/1/0 %d 10\n" % v
+                points = self.surface(obj(sheet, tag), "--rate", 1, warnings=inside)[0]
+                self.assertEqual(self.near(sheet[0][v], points), not inside)
+                self.assertEqual(points == plain, one_face or inside)
+        line = creases([(4, 5), (5, 6), (6, 7)])
+        points = self.surface(obj(sheet, line + "t corner 2/2/0 5 6 10 9\n"), warnings=1)[0]
+        self.assertTrue(self.near(sheet[0][5], points))
+        self.assertFalse(self.near(sheet[0][6], points))
+        self.ok("info", self.write(obj(sheet, creases([(5, 6)]) + "t corner 1/1/0 5 10\n")),
+                warnings=1)
+
+    def test_boundary_interpolation(self):
+        sheet = jitter(grid(3, 2))
+        plain = self.surface(obj(sheet))
+        for value in (0, 1, 2):
+            text = obj(sheet, "t interpolateboundary 1/0/0 %d\n" % value)
+            self.assertEqual(self.surface(text), plain)
 
 
 # ---- input ---------------------------------------------------------------------------------------
@@ -677,13 +943,183 @@ class Reader(ToolTest):
             self.assertEqual(run(env=dict(os.environ, LC_ALL=commas[0])), run())
 
 
+class Ply(ToolTest):
+    BINARY = ("binary_little_endian", "binary_big_endian")
+
+    def rows(self, data, *options, **more):
+        return parse_csv(self.ok("sample", self.write(data, "mesh.ply"), *options, **more))[1]
+
+    def test_formats_and_types(self):
+        mesh = [tuple(map(float32, p)) for p in jitter(house())[0]], house()[1]
+        expected = self.samples(obj(mesh))
+        for form in ("ascii",) + self.BINARY:
+            for coordinate in ("float", "double", "float32", "float64"):
+                for index in ("char", "uint8", "short", "ushort", "int", "int32", "uint", "float",
+                              "double"):
+                    count = {"char": "int16", "int": "uchar", "float": "uint"}.get(index, index)
+                    data = ply(mesh, form, coordinate, count, index)
+                    self.assertEqual(self.rows(data), expected, (form, coordinate, index))
+
+    def test_limit_positions(self):
+        """Vertices of the surface, from the formula for the limit position."""
+        mesh = jitter(house(), seed=3)
+        for form in ("ascii",) + self.BINARY:
+            self.write(ply(mesh, form, "double"), "in.ply")
+            self.ok("tessellate", "in.ply", "-o", "out.ply", "--rate", 1)
+            points = parse_ply(self.read("out.ply", "rb"))[0]
+            for v in range(len(mesh[0])):
+                p = limit_position(mesh, v)
+                self.assertTrue(any(math.dist(p, q) < 1e-6 for q in points), (form, v))
+
+    def test_integer_coordinates(self):
+        signed = [tuple(100 * x for x in p) for p in CUBE[0]], CUBE[1]
+        for type_ in ("char", "int16", "int"):
+            for form in self.BINARY:
+                self.assertEqual(self.rows(ply(signed, form, type_)), self.samples(obj(signed)))
+
+    def test_spellings(self):
+        mesh = house()
+        expected = self.samples(obj(mesh))
+        header, data = ply(mesh).split(b"end_header\n")
+        cases = {
+            "vertex_index": ply(mesh, list_name="vertex_index"),
+            "CR LF": ply(mesh, line_break="\r\n"),
+            "CR": ply(mesh, line_break="\r"),
+            "binary, CR LF": ply(mesh, self.BINARY[0], line_break="\r\n"),
+            "binary, CR": ply(mesh, self.BINARY[1], line_break="\r"),
+            "blanks": ply(mesh).replace(b" ", b" \t "),
+            "one line": header + b"end_header\n" + data.replace(b"\n", b" "),
+            "a line each": header + b"end_header\n" + data.replace(b" ", b"\n"),
+            "no last line break": ply(mesh).rstrip(b"\n"),
+            "more behind": ply(mesh, self.BINARY[0]) + b"more",
+            "order": ply(mesh, vertex_names="x y z nx ny nz red", extra=lambda v: (v, 2, 3, 255)),
+        }
+        for name, text in cases.items():
+            with self.subTest(name):
+                self.assertEqual(self.rows(text), expected)
+        self.assertEqual(self.ok("sample", "-", data=ply(mesh)).splitlines()[1:],
+                         [",".join(row) for row in expected])
+
+    def test_lf_is_data(self):
+        """Where lines end in CR, a first byte of 10 belongs to the data."""
+        mesh = [(struct.unpack("<f", b"\n\0\0\x3f")[0], 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]
+        data = ply(mesh, self.BINARY[0], line_break="\r")
+        self.assertIn(b"end_header\r\n", data)
+        self.assertEqual(self.rows(data), self.samples(obj(mesh)))
+
+    def test_skipped(self):
+        """Elements and properties that nobody asked for, between those that count."""
+        mesh = CUBE
+        for form in self.BINARY + ("ascii",):
+            order = {"binary_big_endian": ">"}.get(form, "<")
+            text = "ply\nformat %s 1.0\n" % form
+            text += ("element junk 2\nproperty list uchar double a\nproperty ushort b\n"
+                     "element nothing 4000000000\n"
+                     "element face 6\nproperty uchar flag\n"
+                     "property list uint ushort vertex_indices\n"
+                     "property list uchar float texcoord\n"
+                     "element vertex 8\nproperty list char int x\nproperty double y\n"
+                     "property float x\nproperty uint q\nproperty short z\n"
+                     "end_header\n")
+            rows = [("B3dH", (3, 1e300, 2, 3, 7)), ("BH", (0, 65535))]
+            rows += [("BI4HB2f", (1, 4, *f, 2, 0.5, 7)) for f in mesh[1]]
+            rows += [("b2idfIh", (2, -1, 1, y, x, 4294967295, z)) for x, y, z in mesh[0]]
+            if form == "ascii":
+                data = "\n".join(" ".join(map(str, row)) for _, row in rows).encode() + b"\n"
+                data = data.replace(b"1e+300", b"nan")
+            else:
+                data = b"".join(struct.pack(order + letters, *row) for letters, row in rows)
+            self.assertEqual(self.rows(text.encode() + data), self.samples(obj(mesh)), form)
+
+    def test_texture(self):
+        mesh = house()
+        uv = lambda v: (mesh[0][v][0] / 2, mesh[0][v][1] / 4)
+        text = Texture.textured(mesh, lambda f, i: uv(mesh[1][f][i]))
+        expected = self.surface(text)
+        for names in ("s t", "u v", "texture_u texture_v"):
+            for form in ("ascii", "binary_big_endian"):
+                self.write(ply(mesh, form, "double", vertex_names="x y z " + names, extra=uv),
+                           "in.ply")
+                self.assertEqual(parse_obj(self.ok("tessellate", "in.ply", "-o", "-")), expected)
+        self.write(ply(mesh, vertex_names="x y z s", extra=lambda v: (1,)), "in.ply")
+        self.assertEqual(parse_obj(self.ok("tessellate", "in.ply", "-o", "-"))[1], [])
+
+    def test_round_trip(self):
+        """What tessellate writes can be read again: a PLY of triangles like the OBJ."""
+        self.write(obj(house()))
+        for name in ("out.ply", "out.obj"):
+            self.ok("tessellate", "mesh.obj", "-o", name, "--rate", 2)
+        self.assertEqual(self.ok("sample", "out.ply"), self.ok("sample", "out.obj"))
+
+    HEADER = ("ply\nformat %s 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+              "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+              "end_header\n")
+    ASCII, LITTLE = HEADER % "ascii", (HEADER % "binary_little_endian").encode()
+    CORNERS, FLOATS = "0 0 0\n1 0 0\n0 1 0\n", struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    CASES = [
+        ("ply\n", r"2: the file ends in its header"),
+        ("ply\nformat ascii 1.0\n", r"3: the file ends in its header"),
+        ("ply\nformat ascii 1.0\nend_header", r"3: the file ends in its header"),
+        ("ply\nend_header\n", r"2: the header names no format"),
+        ("ply\nformat binary 1.0\n", r"2: `binary` is not a format of PLY files"),
+        ("ply\nformat ascii 1.0\nend_header\n", r"3: there are no vertices with x, y and z"),
+        (ASCII.replace("face 1", "face 0") + CORNERS, r"12: the file has no faces"),
+        (ASCII.replace("face 1", "tristrips 1"), r"9: there are no faces"),
+        (ASCII.replace("_indices", "_colours"), r"9: there are no faces with a list vertex_ind"),
+        (ASCII.replace("list uchar int", "int"), r"9: there are no faces with a list vertex_ind"),
+        (ASCII.replace("float z", "float w"), r"9: there are no vertices with x, y and z"),
+        (ASCII.replace("element vertex 3", "element vertices 3"), r"9: there are no vertices"),
+        (ASCII.replace("vertex 3", "vertex -3"), r"3: `-3` is not a number of elements"),
+        (ASCII.replace("vertex 3", "vertex"), r"3: the end of the line is not a number of el"),
+        (ASCII.replace("vertex 3", "vertex 4294967295"), r"3: `4294967295` is not a number of"),
+        (ASCII.replace("element face", "element vertex"), r"7: `vertex` is there twice"),
+        (ASCII.replace("element vertex 3\n", ""), r"3: property without an element"),
+        (ASCII.replace("float y", "half y"), r"5: `half` is not a type"),
+        (ASCII.replace("list uchar", "list"), r"8: `vertex_indices` is not a type"),
+        (ASCII.replace("float y", "float y\nproprety"), r"6: `proprety` does not belong"),
+        (ASCII, r"10: the file ends before its data"),
+        (ASCII + CORNERS + "3 0 1\n", r"14: the file ends before its data"),
+        (ASCII + CORNERS.replace("1", "x", 1), r"11: `x` is not a finite number"),
+        (ASCII + CORNERS.replace("1", "nan", 1), r"11: `nan` is not a finite number"),
+        (ASCII + CORNERS.replace("1", "1e39", 1), r"11: `1e39` is not a finite number"),
+        (ASCII + CORNERS + "3 0 1 3\n", r"13: face refers to vertex 3, counting from 0, the file "
+         r"has 3"),
+        (ASCII + CORNERS + "3 0 1 -1\n", r"13: .*not a whole number"),
+        (ASCII + CORNERS + "3 0 1 1.5\n", r"13: .*not a whole number"),
+        (ASCII + CORNERS + "3 0 1 4294967296\n", r"13: .*not a whole number"),
+        (ASCII + CORNERS + "2 0 1\n", r"13: face has 2 corners"),
+        (ASCII + CORNERS + "3 0 1 1\n", r"13: .*twice.*vertex 1$"),
+        (ASCII.replace("face 1", "face 2") + CORNERS + "3 0 1 2\n3 0 1 2\n",
+         r"1[34]: .*same direction.*vertices \d and \d"),
+        (LITTLE, r" vertex 0, counting from 0: the file ends before its data"),
+        (LITTLE + FLOATS[:-1], r" vertex 2, counting from 0: the file ends"),
+        (LITTLE + FLOATS + b"\3" + 2 * b"\1\0\0\0", r" face 0, counting from 0: the file ends"),
+        (LITTLE + FLOATS + b"\2" + bytes(8), r" face 0, counting from 0: face has 2 corners"),
+        (LITTLE + FLOATS + b"\3" + bytes(12), r" face 0, counting from 0: .*twice.*vertex 0$"),
+        (LITTLE + FLOATS + b"\3" + 12 * b"\1", r" face 0, counting from 0: face refers to vertex "
+         r"16843009, counting from 0, the file has 3"),
+        (LITTLE + FLOATS + b"\3" + 12 * b"\xff", r" face 0, .*not a whole number"),
+        (LITTLE + struct.pack("<f", math.nan) + FLOATS[4:], r" vertex 0, .*not a finite number"),
+        (LITTLE + FLOATS[:32] + struct.pack("<f", -math.inf), r" vertex 2, .*not a finite number"),
+        (LITTLE.replace(b"uchar int", b"char int") + FLOATS + b"\xff", r" face 0, .*not a whole"),
+        (LITTLE.replace(b"uchar int", b"uint int") + FLOATS + b"\xf0\xff\xff\xff" + bytes(99),
+         r" face 0, counting from 0: the file ends"),
+    ]
+
+    def test_bad(self):
+        for text, says in self.CASES:
+            with self.subTest(says):
+                self.write(text, "mesh.ply")
+                self.bad("tessellate", "mesh.ply", "-o", "out.glb", says="mesh.ply:" + says)
+
+
 class BadInput(ToolTest):
     TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
     CASES = [
         ("", r"1: .*no faces"),
         ("# nothing\n\n", r"3: .*no faces"),
         ("v 0 0 0\n", r"2: .*no faces"),
-        ("ply\nformat ascii 1.0\n", r"1: .*PLY"),
+        ("plywood\n", r"2: .*no faces"),
         (b"glTF\x02\0\0\0\x10\0\0\0", r"1: .*not a Wavefront OBJ"),
         (b"\0" * 100, r"1: .*not a Wavefront OBJ"),
         (bytes(range(255, 127, -1)), r"1: .*not a Wavefront OBJ"),
@@ -718,11 +1154,8 @@ class BadInput(ToolTest):
         (TRIANGLE + "f\n", r"4: face has 0 corners"),
         (TRIANGLE + "f" + " 1" * 65536 + "\n", r"4: face has 65536 corners"),
         (TRIANGLE + "f 1 2 1\n", r"4: .*twice.*vertex 1"),
-        (TRIANGLE + "f 1 2 3\n", r"4: .*closed.*vertices \d and \d"),
         (TRIANGLE + "f 1 2 3\nf 1 2 3\n", r"[45]: .*same direction.*vertices \d and \d"),
         (TRIANGLE + "f 1 2 3\nf 3 2 1\nf 1 2 3\n", r"[456]: .*two faces"),
-        (obj(prism(6)), r"13: .*six corners"),
-        (obj(CUBE, "t crease 2/1/0 0 1 10\n"), r"15: sharpness 10 .*hard edge"),
         (obj(CUBE, "t crease 2/1/0 0 7 1\n"), r"15: crease tag.* names no edge: 0 7"),
         (obj(CUBE, "t crease 2/1/0 1 1 1\n"), r"15: crease tag.* names no edge: 1 1"),
         (obj(CUBE, "t crease 2/1/0 0 8 1\n"), r"15: crease tag.*vertex 8, the file has 8"),
@@ -735,6 +1168,9 @@ class BadInput(ToolTest):
         (obj(CUBE, "t crease 2/1\n"), r"15: `2/1` is not a tag's three counts"),
         (obj(CUBE, "t\n"), r"15: the end of the line is not a tag's three counts"),
         (obj(CUBE, "t corner 1/1/0 8 10\n"), r"15: corner tag.*vertex 8, the file has 8"),
+        (obj(CUBE, "t corner 0/0/0\n"), r"15: corner tag needs vertices"),
+        (obj(CUBE, "t corner 3/2/0 0 1 2 1 1\n"), r"15: corner tag needs vertices"),
+        (obj(CUBE, "t corner 2/1/0 0 1\n"), r"15: the end of the line is not a finite number"),
         (obj(CUBE, "t interpolateboundary 1/0/0 3\n"), r"15: interpolateboundary takes"),
     ]
 
@@ -759,12 +1195,17 @@ class BadInput(ToolTest):
         """Whatever the bytes: an answer or one line, never a crash, never half a file."""
         rng = random.Random(7)
         seeds = [obj(house(), "vt 0 1\nt crease 2/1/0 0 1 2\nvn 0 0 1\n"),
-                 re.sub(r"f (\d+) (\d+)", r"f \1/1/1 -\2//1", obj(CUBE, "vt 0 0\nvn 0 0 1\n"))]
+                 re.sub(r"f (\d+) (\d+)", r"f \1/1/1 -\2//1", obj(CUBE, "vt 0 0\nvn 0 0 1\n")),
+                 obj(PILLOWS, creases([(0, 1), (1, 2)]) + "t corner 1/1/0 1 10\n")]
+        seeds = [text.encode() for text in seeds]
+        seeds += [ply(house(), form, vertex_names="x y z s t", extra=lambda v: (v, 1))
+                  for form in ("ascii",) + Ply.BINARY]
         words = [b"1", b"7", b"3", b".5", b" ", b"-", b"/", b"1e38", b"nan", b"\0", b"\\\n", b"\r",
-                 b"4294967296", b"-1", b"f ", b"t ", b"0", b"\n", b"v 1 1 1\n", b"\xff", b"#"]
+                 b"4294967296", b"-1", b"f ", b"t ", b"0", b"\n", b"v 1 1 1\n", b"\xff", b"#",
+                 b"property list uchar int s\n", b"element face 9\n", b"double", b"\0\0\x80\x7f"]
         outcomes = Counter()
-        for _ in range(300):
-            data = bytearray(rng.choice(seeds).encode())
+        for _ in range(500):
+            data = bytearray(rng.choice(seeds))
             for _ in range(rng.choice((1, 1, 2, 20))):
                 at = rng.randrange(len(data))
                 data[at:at + rng.randrange(3)] = rng.choice(words)
@@ -877,7 +1318,8 @@ class CommandLine(ToolTest):
             text = self.ok(command, "--help")
             self.assertTrue(text.startswith("Usage: patchsurf %s MESH" % command))
             self.assertGreaterEqual(text.count("\n    patchsurf %s " % command), 2)
-            for option in ("--scheme", "--rate", "--blend", "--quiet", "--help"):
+            for option in ("--scheme", "--rate", "--blend", "--crease-angle", "--normals",
+                           "--quiet", "--help"):
                 self.assertIn("\n    " + option + " ", text)
             self.assertEqual("--json " in text.split("Options:")[1], command in ("info", "check"))
             self.assertEqual("--curvature " in text.split("Options:")[1], command == "sample")
@@ -893,7 +1335,7 @@ class CommandLine(ToolTest):
                 (["info", "mesh.obj", "mesh.obj"], "one mesh at a time"),
                 (["info", "mesh.obj", "--jsn"], "info has no option --jsn"),
                 (["info", "mesh.obj", "--curvature"], "info has no option --curvature"),
-                (["info", "mesh.obj", "--normals", "limit"], "info has no option --normals"),
+                (["info", "mesh.obj", "--normals", "flat"], "--normals takes input, average"),
                 (["info", "mesh.obj", "--json=1"], "--json takes no value"),
                 (["info", "mesh.obj", "--rate"], "--rate needs a value"),
                 (["info", "mesh.obj", "--scheme", "wm"], "unknown scheme wm"),
@@ -901,9 +1343,11 @@ class CommandLine(ToolTest):
                 *((["info", "mesh.obj", "--rate", r], "--rate takes a whole number")
                   for r in ("0", "-1", "1.5", "16385", "99999999999999999999", "x", "")),
                 *((["info", "mesh.obj", "--blend", a], "--blend takes a number")
-                  for a in ("-0.1", "1.001", "nan", "", "x", "0.5x"))):
+                  for a in ("-0.1", "1.001", "nan", "", "x", "0.5x")),
+                *((["info", "mesh.obj", "--crease-angle", a], "--crease-angle takes degrees")
+                  for a in ("-1", "181", "nan", "", "30deg"))):
             self.bad(*arguments, says="patchsurf: " + says)
-        for name in ("out.ply", "out.stl", "out", "obj"):
+        for name in ("out.stl", "out", "obj"):
             self.bad("tessellate", "mesh.obj", "-o", name, says=name + ": unknown output format")
         done = self.run_tool()
         self.assertEqual((done.returncode, done.stdout), (2, b""))
@@ -912,6 +1356,9 @@ class CommandLine(ToolTest):
     def test_option_spellings(self):
         self.write(obj(CUBE))
         text = self.ok("sample", "mesh.obj", "--rate", "3", "--scheme", "pm")
+        for normals in ("input", "average", "average-area", "limit"):   # pm takes none
+            self.assertEqual(self.ok("sample", "mesh.obj", "--rate", "3", "--normals", normals),
+                             text)
         self.assertEqual(self.ok("sample", "--rate=3", "--scheme=pm", "mesh.obj", "-o=-"), text)
         self.assertEqual(len(text.splitlines()), 1 + 6 * 16)
 
