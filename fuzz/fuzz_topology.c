@@ -24,7 +24,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
         }                                                                                          \
     } while (0)
 
-enum { MAX_VERTICES = 256, MAX_FACES = 256, MAX_CORNERS = 1536, MAX_TAGS = 8, MAX_SAMPLES = 16 };
+enum { MAX_VERTICES = 256, MAX_FACES = 256, MAX_CORNERS = 1536, MAX_TAGS = 32, MAX_SAMPLES = 16 };
 
 /* ---- bytes as a source of decisions ---------------------------------------------------------- */
 
@@ -71,7 +71,19 @@ typedef struct mesh {
     psurf_real positions[MAX_VERTICES][3];
     psurf_edge_tag tags[MAX_TAGS];
     uint32_t tag_count;
+    uint32_t flagged[MAX_TAGS];         /* vertices named as corners */
+    uint32_t flagged_count;
 } mesh;
+
+/* The face that an index into corners lies in, and its first corner. */
+static uint32_t face_of(const mesh *m, uint32_t corner, uint32_t *first)
+{
+    uint32_t face = 0;
+    *first = 0;
+    while (corner >= *first + m->sizes[face])
+        *first += m->sizes[face++];
+    return face;
+}
 
 static void add_face(mesh *m, uint32_t size, const uint32_t *corners)
 {
@@ -152,6 +164,19 @@ static void make_dodecahedron(mesh *m)
     m->vertex_count += 20;
 }
 
+/* A sheet with four borders. */
+static void make_grid(mesh *m, source *s)
+{
+    uint32_t width = 1 + take_below(s, 6), height = 1 + take_below(s, 6), row = width + 1;
+    uint32_t base = m->vertex_count;
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0; x < width; x++) {
+            uint32_t v = base + y * row + x;
+            add_quad(m, v, v + 1, v + row + 1, v + row, take_below(s, 8));
+        }
+    m->vertex_count += row * (height + 1);
+}
+
 /* Faces without rhyme or reason. */
 static void make_junk(mesh *m, source *s)
 {
@@ -196,8 +221,13 @@ static void mutate(mesh *m, source *s)
             m->corners[first + m->sizes[face] - 1 - i] = swap;
         }
         break;
-    case 4:                             /* the last face goes */
-        m->corner_count -= m->sizes[--m->face_count];
+    case 4:                             /* a face goes: a hole */
+        m->corner_count -= m->sizes[face];
+        for (uint32_t i = first; i < m->corner_count; i++)
+            m->corners[i] = m->corners[i + m->sizes[face]];
+        m->face_count--;
+        for (uint32_t f = face; f < m->face_count; f++)
+            m->sizes[f] = m->sizes[f + 1];
         break;
     default:                            /* rotate a face: the mesh stays the same */
         swap = m->sizes[face] ? m->corners[first] : 0;
@@ -209,20 +239,37 @@ static void mutate(mesh *m, source *s)
     }
 }
 
+static int is_tagged(const mesh *m, uint32_t v0, uint32_t v1)
+{
+    for (uint32_t i = 0; i < m->tag_count; i++)
+        if ((m->tags[i].v0 == v0 && m->tags[i].v1 == v1) ||
+            (m->tags[i].v0 == v1 && m->tags[i].v1 == v0))
+            return 1;
+    return 0;
+}
+
+/* Marks: mostly of edges that exist and once each, so that the mesh is taken. */
 static void make_tags(mesh *m, source *s)
 {
     static const double blends[8] = {0.0, 1.0, 0.5, 0.01, 2.0 / 3.0, 1e-30, -1.0, (double)NAN};
-    m->tag_count = take_below(s, 4) ? 0 : take_below(s, MAX_TAGS + 1);
-    for (uint32_t i = 0; i < m->tag_count; i++) {
-        psurf_edge_tag *tag = &m->tags[i];
-        uint32_t corner = m->corner_count ? take_word(s) % m->corner_count : 0;
+    uint32_t count = take_below(s, 2) ? 0 : take_below(s, MAX_TAGS + 1);
+    for (uint32_t i = 0; i < count && m->corner_count; i++) {
+        psurf_edge_tag *tag = &m->tags[m->tag_count];
+        uint32_t corner = take_word(s) % m->corner_count, first, kind = take(s);
+        uint32_t face = face_of(m, corner, &first);
+        uint32_t next = first + (corner - first + 1) % m->sizes[face];
         memset(tag, 0, sizeof *tag);
         tag->v0 = m->corners[corner];
-        tag->v1 = m->corners[corner + 1 < m->corner_count ? corner + 1 : 0];
-        tag->flags = take_below(s, 9) ? PSURF_BLEND : take(s);
-        tag->blend0 = (psurf_real)blends[take_below(s, 8)];
-        tag->blend1 = (psurf_real)blends[take_below(s, 8)];
+        tag->v1 = m->corners[kind == 255 ? (corner + 2) % m->corner_count : next];
+        tag->flags = kind < 240 ? kind & (PSURF_HARD | PSURF_BLEND) : kind;
+        tag->blend0 = (psurf_real)blends[take_below(s, kind & 4 ? 8 : 6)];
+        tag->blend1 = (psurf_real)blends[take_below(s, kind & 4 ? 8 : 6)];
+        if (!is_tagged(m, tag->v0, tag->v1) || kind == 254)
+            m->tag_count++;
     }
+    m->flagged_count = take_below(s, 4) ? 0 : take_below(s, MAX_TAGS + 1);
+    for (uint32_t i = 0; i < m->flagged_count; i++)
+        m->flagged[i] = take_below(s, m->vertex_count + (take(s) == 255));
 }
 
 static void make_mesh(mesh *m, source *s)
@@ -230,10 +277,11 @@ static void make_mesh(mesh *m, source *s)
     uint32_t parts = 1 + take_below(s, 2), mutations;
     memset(m, 0, sizeof *m);
     for (uint32_t i = 0; i < parts; i++)
-        switch (take_below(s, 5)) {
+        switch (take_below(s, 7)) {
         case 0: make_torus(m, s); break;
         case 1: case 2: make_tube(m, s); break;
         case 3: make_dodecahedron(m); break;
+        case 4: case 5: make_grid(m, s); break;
         default: make_junk(m, s); break;
         }
     mutations = take_below(s, 4);
@@ -292,22 +340,50 @@ typedef struct tables {
     const psurf_edge *edges;
 } tables;
 
+/* Whether a point is a vertex or a centre. */
+static int is_point(const mesh *m, const tables *t, uint32_t point)
+{
+    return point < m->vertex_count + t->t.centres.count;
+}
+
+static void check_ring(const mesh *m, const tables *t, const psurf_topology *topology,
+                       const psurf_ring *ring, int centre)
+{
+    const uint32_t n = ring->valence & PSURF_RING_VALENCE;
+    const uint32_t open = (ring->valence & PSURF_RING_OPEN) != 0;
+    const uint32_t corner = (ring->valence & PSURF_RING_CORNER) != 0;
+    const uint32_t wide = (ring->valence & (PSURF_RING_WIDE_NEXT | PSURF_RING_WIDE_LAST)) != 0;
+    const uint32_t nominal = (n - open) * (corner ? 4 : open ? 2 : 1);
+    CHECK(open ? n >= (corner ? 2 : 3) : n >= 3 && !(ring->valence & PSURF_RING_WIDE) && !corner);
+    CHECK(!corner || !(ring->valence & PSURF_RING_WIDE));
+    CHECK(!wide || corner);
+    CHECK(!open || !(ring->valence & PSURF_RING_POLAR));
+    CHECK(centre ? ring->point >= m->vertex_count && !open : ring->point < m->vertex_count);
+    CHECK(is_point(m, t, ring->point) && n <= t->t.spokes.count - ring->first_spoke);
+    CHECK(ring->trig < t->t.trig.count && nominal < t->t.trig.count - ring->trig);
+    for (uint32_t j = 0; j < n; j++) {
+        const psurf_spoke *spoke = &t->spokes[ring->first_spoke + j];
+        CHECK(is_point(m, t, spoke->end) && spoke->end != ring->point);
+        if (ring->point < m->vertex_count && spoke->end < m->vertex_count)
+            CHECK(psurf_find_spoke(topology, ring->point, spoke->end) != PSURF_NONE);
+        if (open && j + 1 == n) {
+            CHECK(spoke->after == PSURF_NONE ||
+                  (spoke->after < t->t.spokes.count && t->spokes[spoke->after].end == spoke->end));
+            CHECK((spoke->before != PSURF_NONE) == wide);
+            CHECK(!wide || spoke->before < t->t.spokes.count);
+        } else {
+            CHECK(is_point(m, t, spoke->after) && is_point(m, t, spoke->before));
+        }
+    }
+}
+
 static void check_rings(const mesh *m, const tables *t, const psurf_topology *topology)
 {
     uint32_t spokes = 0;
     for (uint32_t r = 0; r < t->t.rings.count; r++) {
-        const psurf_ring *ring = &t->rings[r];
-        uint32_t n = ring->valence & ~PSURF_POLAR_RING;
-        CHECK(ring->point < m->vertex_count && n >= 3);
-        CHECK(ring->first_spoke == spokes && n <= t->t.spokes.count - spokes);
-        CHECK(ring->trig < t->t.trig.count && n <= t->t.trig.count - ring->trig);
-        for (uint32_t j = 0; j < n; j++) {
-            const psurf_spoke *spoke = &t->spokes[spokes + j];
-            CHECK(spoke->end < m->vertex_count && spoke->after < m->vertex_count &&
-                  spoke->before < m->vertex_count && spoke->end != ring->point);
-            CHECK(psurf_find_spoke(topology, ring->point, spoke->end) == spokes + j);
-        }
-        spokes += n;
+        CHECK(t->rings[r].first_spoke == spokes);
+        check_ring(m, t, topology, &t->rings[r], r + t->t.centres.count >= t->t.rings.count);
+        spokes += t->rings[r].valence & PSURF_RING_VALENCE;
     }
     CHECK(spokes == t->t.spokes.count);
     CHECK(!t->t.blends.count || t->t.blends.count == spokes);
@@ -317,25 +393,35 @@ static void check_rings(const mesh *m, const tables *t, const psurf_topology *to
     }
 }
 
-/* One facet: its corners are the face's, and every corner's spoke leads to the next corner. */
-static void check_facet(const mesh *m, const tables *t, uint32_t face, uint32_t first,
+/* One facet: its corners are the face's, or two of them and the centre, and every corner's spoke
+   leads to the next corner and starts a facet of its ring. */
+static void check_facet(const mesh *m, const tables *t, const psurf_facet *facet, uint32_t first,
                         uint32_t sides, const uint32_t *face_corners)
 {
-    uint32_t turn = 0;
-    CHECK(face < m->face_count && m->sizes[face] == sides);
-    while (turn < sides && t->rings[t->corners[first].ring & ~PSURF_WRITER].point !=
-                               face_corners[turn])
-        turn++;
-    CHECK(turn < sides);
+    const uint32_t size = m->sizes[facet->face], piece = facet->piece & 0xFFFF;
+    const int split = (facet->piece & PSURF_SPLIT_FACE) != 0;
+    CHECK(split ? sides == 3 && piece < size : sides == size && piece == 0);
     for (uint32_t i = 0; i < sides; i++) {
         const psurf_corner *corner = &t->corners[first + i];
-        uint32_t r = corner->ring & ~PSURF_WRITER;
-        CHECK(r < t->t.rings.count && (corner->edge & ~PSURF_WRITER) < t->t.edges.count);
-        CHECK(t->rings[r].point == face_corners[(turn + i) % sides]);
+        const psurf_corner *next = &t->corners[first + (i + 1) % sides];
+        const uint32_t r = corner->ring & ~PSURF_WRITER;
+        uint32_t point, open;
+        CHECK(r < t->t.rings.count && (next->ring & ~PSURF_WRITER) < t->t.rings.count);
+        point = t->rings[r].point;
+        open = (t->rings[r].valence & PSURF_RING_OPEN) != 0;
+        if (split && i == 2)
+            CHECK(point >= m->vertex_count &&
+                  ((const uint32_t *)t->t.centres.data)[point - m->vertex_count] == facet->face);
+        else
+            CHECK(point == face_corners[(piece + i) % size]);
+        if (split && i > 0)
+            CHECK(corner->edge == PSURF_INNER_EDGE);
+        else
+            CHECK((corner->edge & ~PSURF_WRITER) < t->t.edges.count);
         CHECK(corner->spoke >= t->rings[r].first_spoke &&
-              corner->spoke - t->rings[r].first_spoke <
-                  (t->rings[r].valence & ~PSURF_POLAR_RING));
-        CHECK(t->spokes[corner->spoke].end == face_corners[(turn + i + 1) % sides]);
+              corner->spoke - t->rings[r].first_spoke + open <
+                  (t->rings[r].valence & PSURF_RING_VALENCE));
+        CHECK(t->spokes[corner->spoke].end == t->rings[next->ring & ~PSURF_WRITER].point);
     }
 }
 
@@ -354,8 +440,9 @@ static void check_facets(const mesh *m, const tables *t)
         for (uint32_t k = t->t.kind_first[kind]; k < end; k++) {
             uint32_t face = t->facets[k].face;
             CHECK(face < m->face_count && corner + sides[kind] <= t->t.corners.count);
-            CHECK(((const uint32_t *)t->t.face_facet.data)[face] == k);
-            check_facet(m, t, face, corner, sides[kind], m->corners + first_corner[face]);
+            CHECK(((const uint32_t *)t->t.face_facet.data)[face] ==
+                  k - (t->facets[k].piece & 0xFFFF));
+            check_facet(m, t, &t->facets[k], corner, sides[kind], m->corners + first_corner[face]);
             corner += sides[kind];
         }
     }
@@ -363,33 +450,49 @@ static void check_facets(const mesh *m, const tables *t)
     CHECK(corner == t->t.corners.count);
 }
 
-/* Every edge joins two corners that run against each other; one facet writes each edge and ring. */
-static void check_edges(const tables *t)
+/* The two sides of an edge run against each other. One facet writes an edge, of a hard one each its
+   own side; one facet writes a ring, nobody a centre's. */
+static void check_edges(const tables *t, const psurf_info *info)
 {
-    uint32_t edge_writers = 0, ring_writers = 0;
+    uint32_t edge_writers = 0, ring_writers = 0, open = 0, inner = 0;
     for (uint32_t e = 0; e < t->t.edges.count; e++) {
         const psurf_edge *edge = &t->edges[e];
         const psurf_corner *a, *b;
-        CHECK(edge->corner < t->t.corners.count && edge->other < t->t.corners.count);
+        CHECK(edge->corner < t->t.corners.count);
         a = &t->corners[edge->corner];
+        CHECK(a->edge == (e | PSURF_WRITER));
+        if (edge->other == PSURF_NONE) {
+            CHECK(e < info->edges);
+            open++;
+            continue;
+        }
+        CHECK(edge->other < t->t.corners.count);
         b = &t->corners[edge->other];
-        CHECK(a->edge == (e | PSURF_WRITER) && b->edge == e);
+        if (b->edge & PSURF_WRITER) {
+            uint32_t back = b->edge & ~PSURF_WRITER;
+            CHECK((back < info->edges) != (e < info->edges));
+            CHECK(t->edges[back].other == edge->corner && t->edges[back].corner == edge->other);
+        } else {
+            CHECK(b->edge == e && e < info->edges);
+        }
         CHECK(t->spokes[a->spoke].end == t->rings[b->ring & ~PSURF_WRITER].point);
         CHECK(t->spokes[b->spoke].end == t->rings[a->ring & ~PSURF_WRITER].point);
     }
     for (uint32_t c = 0; c < t->t.corners.count; c++) {
         edge_writers += t->corners[c].edge >> 31;
         ring_writers += t->corners[c].ring >> 31;
+        inner += t->corners[c].edge == PSURF_INNER_EDGE;
     }
-    CHECK(edge_writers == t->t.edges.count && ring_writers == t->t.rings.count);
-    CHECK(t->t.corners.count == 2 * t->t.edges.count);
+    CHECK(open == info->boundary_edges && info->edge_sides == info->edges + info->hard_edges);
+    CHECK(edge_writers == t->t.edges.count && ring_writers == info->rings - info->centres);
+    CHECK(t->t.corners.count == 2 * info->edges - open + inner);
 }
 
 static void check_topology(const mesh *m, const psurf_topology *topology, const heap *h)
 {
     psurf_info info;
     tables t;
-    uint32_t faces = 0;
+    uint32_t faces = 0, facets = 0;
     psurf_topology_info(topology, &info);
     psurf_topology_tables(topology, &t.t);
     t.rings = (const psurf_ring *)t.t.rings.data;
@@ -400,14 +503,18 @@ static void check_topology(const mesh *m, const psurf_topology *topology, const 
     for (uint32_t kind = 0; kind < PSURF_KIND_COUNT; kind++)
         faces += info.kind_faces[kind];
     CHECK(info.vertices == m->vertex_count && info.faces == m->face_count);
-    CHECK(faces + info.ngon_faces == info.faces && info.boundary_edges == 0);
+    CHECK(faces + info.ngon_faces == info.faces && info.ngon_faces == info.centres);
+    CHECK(t.t.centres.count == info.centres && info.edge_sides == t.t.edges.count);
+    for (uint32_t i = 0; i < info.centres; i++)
+        facets += m->sizes[((const uint32_t *)t.t.centres.data)[i]];
+    CHECK(info.facets == info.faces - info.centres + facets);
     CHECK(info.rings == t.t.rings.count && info.spokes == t.t.spokes.count);
-    CHECK(info.facets == t.t.facets.count && info.edges == t.t.edges.count);
+    CHECK(info.facets == t.t.facets.count);
     CHECK(info.bytes == h->held && info.peak_bytes == h->peak);
     CHECK(t.t.version == PSURF_TABLE_VERSION);
     check_rings(m, &t, topology);
     check_facets(m, &t);
-    check_edges(&t);
+    check_edges(&t, &info);
 }
 
 /* ---- what must be true of points ------------------------------------------------------------- */
@@ -438,7 +545,7 @@ static void check_eval(const psurf_patches *patches, uint32_t faces, source *s, 
     memset(samples, 0, sizeof samples);
     for (uint32_t i = 0; i < count; i++) {
         samples[i].face = take_below(s, 8) ? take_below(s, faces) : take_word(s);
-        samples[i].sector = take_below(s, 8) ? take_below(s, 5) : take_word(s);
+        samples[i].sector = take_below(s, 8) ? take_below(s, 17) : take_word(s);
         samples[i].u = take_below(s, 2) ? take_real(s) : (psurf_real)take_below(s, 5) / 4;
         samples[i].v = take_below(s, 2) ? take_real(s) : (psurf_real)take_below(s, 5) / 4;
     }
@@ -506,11 +613,13 @@ static void check_tessellation(const mesh *m, const psurf_patches *patches, uint
 }
 
 static void check_edges_meet(const psurf_patches *patches, const psurf_construct_desc *desc,
-                             uint32_t rate, uint32_t edges, int tame)
+                             uint32_t rate, const psurf_info *info, int tame)
 {
+    const uint32_t pairs = info->edges - info->boundary_edges;
     psurf_check_result result;
-    CHECK(psurf_check(patches, desc, rate, 0, edges, &result) == PSURF_OK);
-    CHECK(result.samples == (uint64_t)edges * (rate + 1));
+    CHECK(psurf_check(patches, desc, rate, 0, info->edges, &result) == PSURF_OK);
+    CHECK(result.samples == (uint64_t)pairs * (rate + 1));
+    CHECK(result.sharp_edges >= info->hard_edges && result.sharp_edges <= pairs);
     if (tame)
         CHECK(result.cracks == 0 && result.nonfinite == 0);
 }
@@ -542,7 +651,7 @@ static void check_surface(const mesh *m, const psurf_topology *topology, source 
     CHECK(psurf_construct(&patches, &desc) == PSURF_OK);
     check_eval(&patches, info.faces, s, tame);
     check_tessellation(m, &patches, rate, take_below(s, 4), tame);
-    check_edges_meet(&patches, &desc, rate, info.edges, tame);
+    check_edges_meet(&patches, &desc, rate, &info, tame);
     free(blends);
     free(memory);
     free(scratch);
@@ -588,7 +697,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     s.size = size;
     make_mesh(&m, &s);
     memset(&h, 0, sizeof h);
-    h.fail_at = take_below(&s, 8) ? 0 : take_below(&s, 4);
+    h.fail_at = take_below(&s, 8) ? 0 : take_below(&s, 6);
     memset(&desc, 0, sizeof desc);
     desc.vertex_count = m.vertex_count;
     desc.face_count = m.face_count;
@@ -596,6 +705,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     desc.face_vertices = m.corners;
     desc.edges = m.tag_count ? m.tags : NULL;
     desc.edge_count = m.tag_count;
+    desc.corners = m.flagged_count ? m.flagged : NULL;
+    desc.corner_count = m.flagged_count;
     desc.positions = take(&s) & 1 ? m.positions[0] : NULL;
     desc.allocator.alloc = heap_alloc;
     desc.allocator.release = heap_release;
@@ -605,6 +716,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         desc.flags = PSURF_DEFAULT_BLEND;
         desc.default_blend = (psurf_real)take(&s) / 240;
     }
+    if (take_below(&s, 3) == 1)
+        desc.flags |= PSURF_CUT_BAD_EDGES;
 
     result = psurf_topology_create(&desc, &topology, &error);
     if (result == PSURF_OK) {

@@ -1,5 +1,5 @@
-/* What the tests share: random numbers, closed meshes, a second opinion on connectivity, and the
-   few vectors the checks need. A test defines PSURF_IMPLEMENTATION, then includes this file.
+/* What the tests share: random numbers, meshes, a second opinion on connectivity, and the few
+   vectors the checks need. A test defines PSURF_IMPLEMENTATION, then includes this file.
 
    Generators compute in integers and scale by a power of two, so that their positions have the
    same bits under every compiler and flag, contraction included. Tests run at the top of the
@@ -16,7 +16,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
 #include <cmocka.h>
+#ifdef __cplusplus
+}
+#endif
 
 #include "patchsurf.h"
 
@@ -113,15 +119,16 @@ static UNUSED vec random_vec(uint64_t *rng)
 
 /* ---- meshes ---------------------------------------------------------------------------------- */
 
-enum { MESH_MAX_CORNERS = 8 };
+enum { MESH_MAX_CORNERS = 16 };
 
 typedef struct mesh_face_data { uint32_t size, v[MESH_MAX_CORNERS]; } mesh_face_data;
 typedef struct mesh {
-    uint32_t vertex_count, face_count, tag_count;
+    uint32_t vertex_count, face_count, tag_count, corner_count;
     vec *positions;
     mesh_face_data *faces;
     psurf_edge_tag *tags;
-    uint32_t vertex_room, face_room, tag_room;
+    uint32_t *corners;                          /* vertices that stay in place */
+    uint32_t vertex_room, face_room, tag_room, corner_room;
 } mesh;
 
 static UNUSED void mesh_free(mesh *m)
@@ -129,6 +136,7 @@ static UNUSED void mesh_free(mesh *m)
     free(m->positions);
     free(m->faces);
     free(m->tags);
+    free(m->corners);
     memset(m, 0, sizeof *m);
 }
 
@@ -149,6 +157,13 @@ static UNUSED uint32_t mesh_point(mesh *m, vec p)
     m->positions = (vec *)mesh_grow(m->positions, m->vertex_count, &m->vertex_room, sizeof(vec));
     m->positions[m->vertex_count] = p;
     return m->vertex_count++;
+}
+
+static UNUSED void mesh_remove_face(mesh *m, uint32_t face)
+{
+    uint32_t i;
+    m->face_count--;
+    for (i = face; i < m->face_count; i++) m->faces[i] = m->faces[i + 1];
 }
 
 /* Fixed point: 65536 is 1. */
@@ -182,29 +197,63 @@ static UNUSED void mesh_quad(mesh *m, uint32_t a, uint32_t b, uint32_t c, uint32
     mesh_face(m, 4, v);
 }
 
-static UNUSED void mesh_tag(mesh *m, uint32_t v0, uint32_t v1, double blend0, double blend1)
+/* The tag of an edge, made where there is none. */
+static UNUSED psurf_edge_tag *mesh_edge(mesh *m, uint32_t v0, uint32_t v1)
 {
     psurf_edge_tag tag;
+    uint32_t i;
+    for (i = 0; i < m->tag_count; i++)
+        if ((m->tags[i].v0 == v0 && m->tags[i].v1 == v1)
+            || (m->tags[i].v0 == v1 && m->tags[i].v1 == v0)) return &m->tags[i];
     memset(&tag, 0, sizeof tag);
-    tag.v0 = v0, tag.v1 = v1, tag.flags = PSURF_BLEND;
-    tag.blend0 = (psurf_real)blend0;
-    tag.blend1 = (psurf_real)blend1;
+    tag.v0 = v0, tag.v1 = v1;
     m->tags = (psurf_edge_tag *)mesh_grow(m->tags, m->tag_count, &m->tag_room, sizeof tag);
-    m->tags[m->tag_count++] = tag;
+    m->tags[m->tag_count] = tag;
+    return &m->tags[m->tag_count++];
+}
+
+static UNUSED void mesh_tag(mesh *m, uint32_t v0, uint32_t v1, double blend0, double blend1)
+{
+    psurf_edge_tag *tag = mesh_edge(m, v0, v1);
+    tag->flags |= PSURF_BLEND;
+    tag->blend0 = (psurf_real)(tag->v0 == v0 ? blend0 : blend1);
+    tag->blend1 = (psurf_real)(tag->v0 == v0 ? blend1 : blend0);
+}
+
+static UNUSED void mesh_hard(mesh *m, uint32_t v0, uint32_t v1)
+{
+    mesh_edge(m, v0, v1)->flags |= PSURF_HARD;
+}
+
+static UNUSED int mesh_is_hard(const mesh *m, uint32_t v, uint32_t w)
+{
+    uint32_t i;
+    for (i = 0; i < m->tag_count; i++)
+        if ((m->tags[i].flags & PSURF_HARD)
+            && ((m->tags[i].v0 == v && m->tags[i].v1 == w)
+                || (m->tags[i].v0 == w && m->tags[i].v1 == v))) return 1;
+    return 0;
+}
+
+static UNUSED void mesh_corner(mesh *m, uint32_t vertex)
+{
+    m->corners = (uint32_t *)mesh_grow(m->corners, m->corner_count, &m->corner_room,
+                                       sizeof *m->corners);
+    m->corners[m->corner_count++] = vertex;
+}
+
+static UNUSED void *mesh_twice(const void *from, uint32_t room, size_t size)
+{
+    return room ? memcpy(grab(room, size), from, room * size) : NULL;
 }
 
 static UNUSED mesh mesh_copy(const mesh *from)
 {
     mesh m = *from;
-    m.positions = (vec *)grab(from->vertex_room, sizeof(vec));
-    m.faces = (mesh_face_data *)grab(from->face_room, sizeof(mesh_face_data));
-    memcpy(m.positions, from->positions, from->vertex_count * sizeof(vec));
-    memcpy(m.faces, from->faces, from->face_count * sizeof(mesh_face_data));
-    m.tags = NULL;
-    if (from->tag_room) {
-        m.tags = (psurf_edge_tag *)grab(from->tag_room, sizeof *m.tags);
-        memcpy(m.tags, from->tags, from->tag_count * sizeof *m.tags);
-    }
+    m.positions = (vec *)mesh_twice(from->positions, from->vertex_room, sizeof(vec));
+    m.faces = (mesh_face_data *)mesh_twice(from->faces, from->face_room, sizeof *m.faces);
+    m.tags = (psurf_edge_tag *)mesh_twice(from->tags, from->tag_room, sizeof *m.tags);
+    m.corners = (uint32_t *)mesh_twice(from->corners, from->corner_room, sizeof *m.corners);
     return m;
 }
 
@@ -220,9 +269,11 @@ static UNUSED void mesh_append(mesh *m, const mesh *other, double dx)
         mesh_face(m, f.size, f.v);
     }
     for (i = 0; i < other->tag_count; i++) {
-        psurf_edge_tag t = other->tags[i];
-        mesh_tag(m, t.v0 + base, t.v1 + base, (double)t.blend0, (double)t.blend1);
+        psurf_edge_tag t = other->tags[i], *tag = mesh_edge(m, t.v0 + base, t.v1 + base);
+        t.v0 += base, t.v1 += base;
+        *tag = t;
     }
+    for (i = 0; i < other->corner_count; i++) mesh_corner(m, other->corners[i] + base);
 }
 
 /* Moves every vertex by up to amount (a multiple of 2^-16) along each axis. */
@@ -393,6 +444,117 @@ static UNUSED mesh make_triangle_ball(uint32_t n)
     return s.m;
 }
 
+/* Drops vertices that no face uses, and the marks that name them. */
+static UNUSED void mesh_compact(mesh *m)
+{
+    uint32_t *name = (uint32_t *)grab(m->vertex_count, sizeof *name), i, k, n = 0;
+    for (i = 0; i < m->face_count; i++)
+        for (k = 0; k < m->faces[i].size; k++) name[m->faces[i].v[k]] = 1;
+    for (i = 0; i < m->vertex_count; i++) {
+        if (name[i]) m->positions[n] = m->positions[i];
+        name[i] = name[i] ? n++ : PSURF_NONE;
+    }
+    m->vertex_count = n;
+    for (i = 0; i < m->face_count; i++)
+        for (k = 0; k < m->faces[i].size; k++) m->faces[i].v[k] = name[m->faces[i].v[k]];
+    for (i = n = 0; i < m->tag_count; i++) {
+        psurf_edge_tag t = m->tags[i];
+        t.v0 = name[t.v0], t.v1 = name[t.v1];
+        if (t.v0 != PSURF_NONE && t.v1 != PSURF_NONE) m->tags[n++] = t;
+    }
+    m->tag_count = n;
+    for (i = n = 0; i < m->corner_count; i++)
+        if (name[m->corners[i]] != PSURF_NONE) m->corners[n++] = name[m->corners[i]];
+    m->corner_count = n;
+    free(name);
+}
+
+/* An open sheet of quads, gently curved; vertex (i, j) is number j (width + 1) + i. */
+static UNUSED mesh make_grid(uint32_t width, uint32_t height)
+{
+    mesh m = {0};
+    uint32_t i, j, row = width + 1;
+    for (j = 0; j <= height; j++)
+        for (i = 0; i <= width; i++) {
+            int64_t x = 2 * (int64_t)i - width, y = 2 * (int64_t)j - height;
+            mesh_vertex(&m, 32768 * x, 32768 * y, -1536 * (x * x - y * x + 2 * y * y));
+        }
+    for (j = 0; j < height; j++)
+        for (i = 0; i < width; i++)
+            mesh_quad(&m, j * row + i, j * row + i + 1, (j + 1) * row + i + 1, (j + 1) * row + i);
+    return m;
+}
+
+/* One face of n corners in a plane. */
+static UNUSED mesh make_polygon(uint32_t n)
+{
+    mesh m = {0};
+    uint32_t v[MESH_MAX_CORNERS], k;
+    for (k = 0; k < n; k++) {
+        int64_t x, y;
+        circle_point(k, n, 65536, &x, &y);
+        v[k] = mesh_vertex(&m, x, y, 0);
+    }
+    mesh_face(&m, n, v);
+    return m;
+}
+
+/* A sheet with a hole and a corner cut out: boundary vertices of three faces. */
+static UNUSED mesh make_holed_grid(void)
+{
+    static const uint32_t gone[] = {41, 40, 34, 33, 23, 16, 9, 8};
+    mesh m = make_grid(7, 6);
+    uint32_t i;
+    for (i = 0; i < COUNT_OF(gone); i++) mesh_remove_face(&m, gone[i]);
+    mesh_compact(&m);
+    return m;
+}
+
+/* A pole at vertex 0, a fan of n triangles, and further rings of quads: a dome with an open rim.
+   Vertex k of ring r (from 0) is number 1 + r n + k. */
+static UNUSED mesh make_dome(uint32_t n, uint32_t rings)
+{
+    mesh m = {0};
+    uint32_t r, k;
+    mesh_vertex(&m, 0, 0, 65536);
+    for (r = 0; r < rings; r++)
+        for (k = 0; k < n; k++) {
+            int64_t x, y, z, radius;
+            circle_point(r + 1, 4 * (rings + 1), 65536, &z, &radius);
+            circle_point(k, n, radius, &x, &y);
+            mesh_vertex(&m, x, y, z);
+        }
+    for (k = 0; k < n; k++) mesh_tri(&m, 0, 1 + k, 1 + (k + 1) % n);
+    for (r = 0; r + 1 < rings; r++)
+        for (k = 0; k < n; k++) {
+            uint32_t a = 1 + r * n + k, b = 1 + r * n + (k + 1) % n;
+            mesh_quad(&m, a, a + n, b + n, b);
+        }
+    return m;
+}
+
+/* A tube of n quads by bands, its ends closed by one face each; ring r begins at vertex r n. */
+static UNUSED mesh make_cylinder(uint32_t n, uint32_t bands)
+{
+    mesh m = {0};
+    uint32_t r, k, top[MESH_MAX_CORNERS], bottom[MESH_MAX_CORNERS];
+    for (r = 0; r <= bands; r++)
+        for (k = 0; k < n; k++) {
+            int64_t x, y;
+            circle_point(k, n, 65536, &x, &y);
+            mesh_vertex(&m, x, y, 65536 * (2 * (int64_t)r - bands));
+        }
+    for (r = 0; r < bands; r++)
+        for (k = 0; k < n; k++) {
+            uint32_t a = r * n + k, b = r * n + (k + 1) % n;
+            mesh_quad(&m, a, b, b + n, a + n);
+        }
+    for (k = 0; k < n; k++) top[k] = bands * n + k, bottom[k] = n - 1 - k;
+    mesh_face(&m, n, top);
+    mesh_face(&m, n, bottom);
+    return m;
+}
+
 /* ---- a second opinion on connectivity: every directed edge, sorted --------------------------- */
 
 typedef struct half_edge { uint32_t from, to, face, corner; } half_edge;
@@ -451,6 +613,12 @@ static UNUSED uint32_t valence_of(const edge_map *map, uint32_t vertex)
     return lower_edge(map, vertex + 1, 0) - lower_edge(map, vertex, 0);
 }
 
+/* Of the sides of an edge the one from the lower vertex, or the only one. */
+static UNUSED int is_first_side(const edge_map *map, const half_edge *e)
+{
+    return e->from < e->to || !find_edge(map, e->to, e->from);
+}
+
 /* Tags about half of the edges with blend ratios from low/256 to 1, drawn for each end. */
 static UNUSED void mesh_random_tags(mesh *m, uint64_t *rng, uint32_t low)
 {
@@ -459,10 +627,30 @@ static UNUSED void mesh_random_tags(mesh *m, uint64_t *rng, uint32_t low)
     for (i = 0; i < map.count; i++) {
         uint32_t take = random_below(rng, 2);
         uint32_t a = low + random_below(rng, 257 - low), b = low + random_below(rng, 257 - low);
-        if (take && map.edges[i].from < map.edges[i].to)
+        if (take && is_first_side(&map, &map.edges[i]))
             mesh_tag(m, map.edges[i].from, map.edges[i].to, a / 256.0, b / 256.0);
     }
     free(map.edges);
+}
+
+/* Takes faces away at random. */
+static UNUSED mesh with_holes(mesh m, uint64_t *rng, uint32_t holes)
+{
+    while (holes--) mesh_remove_face(&m, random_below(rng, m.face_count));
+    mesh_compact(&m);
+    return m;
+}
+
+/* Marks about percent of the edges hard. */
+static UNUSED mesh with_hard(mesh m, uint64_t *rng, uint32_t percent)
+{
+    edge_map map = map_edges(&m);
+    uint32_t i;
+    for (i = 0; i < map.count; i++)
+        if (is_first_side(&map, &map.edges[i]) && random_below(rng, 100) < percent)
+            mesh_hard(&m, map.edges[i].from, map.edges[i].to);
+    free(map.edges);
+    return m;
 }
 
 /* A closed mesh of 3- to 5-sided faces, every edge met once from each side, no vertex of valence 2
@@ -546,6 +734,19 @@ static UNUSED void insert_corner(mesh_face_data *f, uint32_t at, uint32_t vertex
     for (k = f->size; k > at; k--) f->v[k] = f->v[k - 1];
     f->v[at] = vertex;
     f->size++;
+}
+
+/* Puts a vertex of two edges on the edge at a corner. */
+static UNUSED void mesh_insert_vertex(mesh *m, uint32_t face, uint32_t corner)
+{
+    const mesh_face_data f = m->faces[face];
+    const uint32_t a = f.v[corner], b = f.v[(corner + 1) % f.size];
+    const uint32_t v = mesh_point(m, mul(0.5, add(m->positions[a], m->positions[b])));
+    edge_map map = map_edges(m);
+    const half_edge *twin = find_edge(&map, b, a);
+    insert_corner(&m->faces[face], corner + 1, v);
+    if (twin) insert_corner(&m->faces[twin->face], twin->corner + 1, v);
+    free(map.edges);
 }
 
 /* Splits the edge at a face's corner in its middle: that face is cut in two from the new vertex,
@@ -707,6 +908,45 @@ static UNUSED mesh make_creature(void)
     return m;
 }
 
+/* Appends and consumes. */
+static UNUSED void mesh_take(mesh *m, mesh part, double dx)
+{
+    mesh_append(m, &part, dx);
+    mesh_free(&part);
+}
+
+/* Boundaries, corners, hard edges in every constellation, faces that are split: by their size, at a
+   vertex of two edges, alone on their side of a crease; several components, touching fans. */
+static UNUSED mesh make_marked(void)
+{
+    mesh m = make_creature(), part;
+    uint64_t rng = 31;
+    uint32_t k;
+    mesh_take(&m, with_hard(make_holed_grid(), &rng, 20), 8);
+    part = make_cylinder(9, 2);
+    for (k = 0; k < 9; k++) mesh_hard(&part, k, (k + 1) % 9);
+    mesh_take(&m, part, 16);
+    part = make_dome(6, 3);
+    mesh_corner(&part, 13);
+    mesh_take(&m, part, 20);
+    part = make_cube();
+    mesh_insert_vertex(&part, 0, 1);
+    mesh_take(&m, part, 24);
+    part = make_torus(7, 6);
+    mesh_split_quads(&part, &rng, 30);
+    mesh_take(&m, with_hard(part, &rng, 15), 32);
+    mesh_take(&m, with_holes(with_hard(make_dodecahedron(), &rng, 30), &rng, 2), 40);
+    part = make_torus(6, 6);
+    for (k = 0; k < 4; k++)
+        mesh_hard(&part, part.faces[7].v[k], part.faces[7].v[(k + 1) % 4]);
+    mesh_remove_face(&part, 21);
+    mesh_remove_face(&part, 14);                        /* the two touch at a vertex */
+    mesh_take(&m, part, 48);
+    mesh_take(&m, make_cylinder(7, 1), 56);
+    mesh_jitter(&m, &rng, 0.03125);
+    return m;
+}
+
 /* ---- surfaces: the library's objects for a mesh ---------------------------------------------- */
 
 typedef struct surface {
@@ -748,6 +988,8 @@ static UNUSED void surface_describe(surface *s, const mesh *m)
     s->desc.face_vertices = s->vertices;
     s->desc.edges = m->tag_count ? m->tags : NULL;
     s->desc.edge_count = m->tag_count;
+    s->desc.corners = m->corner_count ? m->corners : NULL;
+    s->desc.corner_count = m->corner_count;
     s->desc.positions = s->positions;
     s->construct.positions = s->positions;
 }

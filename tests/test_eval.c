@@ -505,7 +505,7 @@ static void test_empty_mesh(void **state)
     psurf_eval(&s.patches, &sample, 1, &out);
     psurf_curvature(&s.patches, &sample, 1, p, p + 1);
     psurf_bounds(&s.patches, 0, 1, box);
-    psurf_interpolate(s.topology, &sample, 1, &value, 1, &value);
+    psurf_interpolate(s.topology, &sample, 1, &value, 1, &value, 0);
     assert_int_equal(psurf_tessellate_size(s.topology, &tess, 0, PSURF_NONE, &span), PSURF_OK);
     assert_int_equal(span.vertex_count + span.index_count, 0);
     surface_free(&s);
@@ -731,6 +731,7 @@ static void test_interpolate(void **state)
     float *values, got[WIDTH];
     uint32_t i, k, corners, c;
     (void)state;
+    mesh_take(&m, make_marked(), 8);                    /* n-gons, and faces that are split */
     surface_build(&s, &m);
     corners = s.first[m.face_count];
     values = (float *)grab((size_t)corners * WIDTH, sizeof *values);
@@ -740,24 +741,38 @@ static void test_interpolate(void **state)
         uint32_t size = m.faces[sample.face].size, n = sample.sector;
         double u = (double)sample.u, v = (double)sample.v;
         const float *corner = values + (size_t)s.first[sample.face] * WIDTH;
-        psurf_interpolate(s.topology, &sample, 1, values, WIDTH, got);
+        psurf_interpolate(s.topology, &sample, 1, values, WIDTH, got, 0);
         for (k = 0; k < WIDTH; k++) {
-            double want, x[5], centre = 0;
+            double want, x[MESH_MAX_CORNERS], centre = 0;
             for (c = 0; c < size; c++) centre += (x[c] = (double)corner[c * WIDTH + k]) / size;
             if (size == 3) want = x[0] + u * (x[1] - x[0]) + v * (x[2] - x[0]);
             else if (size == 4)
                 want = x[0] + u * (x[1] - x[0]) + v * (x[3] - x[0])
                      + u * v * (x[0] - x[1] + x[2] - x[3]);
-            else want = centre + u * (x[n] - centre) + v * (x[(n + 1) % 5] - centre);
+            else want = centre + u * (x[n] - centre) + v * (x[(n + 1) % size] - centre);
             assert_true(fabs((double)got[k] - want) < 1e-6);
         }
     }
     for (i = 0; i < m.face_count; i++)          /* exact at corners, for every width at once */
         for (c = 0; c < m.faces[i].size; c++) {
             psurf_sample sample = edge_sample(i, m.faces[i].size, c, 0);
-            psurf_interpolate(s.topology, &sample, 1, values, WIDTH, got);
+            psurf_interpolate(s.topology, &sample, 1, values, WIDTH, got, 0);
             assert_memory_equal(got, values + (size_t)(s.first[i] + c) * WIDTH, sizeof got);
         }
+    {                                           /* many at once, with room between */
+        enum { MANY = 50, STRIDE = WIDTH + 2 };
+        psurf_sample samples[MANY];
+        float spread[MANY * STRIDE];
+        for (i = 0; i < MANY * STRIDE; i++) spread[i] = -77;
+        for (i = 0; i < MANY; i++) samples[i] = random_sample(&m, &rng);
+        psurf_interpolate(s.topology, samples, MANY, values, WIDTH, spread,
+                          STRIDE * sizeof(float));
+        for (i = 0; i < MANY; i++) {
+            psurf_interpolate(s.topology, &samples[i], 1, values, WIDTH, got, 0);
+            assert_memory_equal(got, spread + i * STRIDE, sizeof got);
+            assert_true(spread[i * STRIDE + WIDTH] == -77 && spread[i * STRIDE + WIDTH + 1] == -77);
+        }
+    }
     free(values);
     surface_free(&s);
     mesh_free(&m);

@@ -97,47 +97,61 @@ static void read_blends(golden *g)
 
 static void read_marks(golden *g)
 {
+    uint32_t count, v;
     expect_word(g, "hard");
-    REQUIRE(read_count(g) == 0, "%s: hard edges\n", g->name);
+    for (count = read_count(g); count > 0; count--) {
+        v = read_count(g);
+        mesh_hard(&g->m, v, read_count(g));
+    }
     expect_word(g, "corners");
-    REQUIRE(read_count(g) == 0, "%s: corners\n", g->name);
+    for (count = read_count(g); count > 0; count--) mesh_corner(&g->m, read_count(g));
 }
 
-static uint32_t ring_of_vertex(const golden *g, uint32_t vertex)
+/* The ring of a vertex whose facet begins at the spoke to end: of the two rings beside a hard edge
+   not the one that the edge ends. */
+static uint32_t find_ring(const golden *g, uint32_t vertex, uint32_t end)
 {
     const psurf_ring *rings = (const psurf_ring *)g->s.tables.rings.data;
-    uint32_t i;
-    for (i = 0; i < g->s.tables.rings.count; i++)
-        if (rings[i].point == vertex) return i;
-    REQUIRE(0, "%s: vertex %u has no ring\n", g->name, (unsigned)vertex);
+    const psurf_spoke *spokes = (const psurf_spoke *)g->s.tables.spokes.data;
+    uint32_t i, k;
+    for (i = 0; i < g->s.tables.rings.count; i++) {
+        uint32_t open = (rings[i].valence & PSURF_RING_OPEN) != 0;
+        uint32_t facets = (rings[i].valence & PSURF_RING_VALENCE) - open;
+        for (k = 0; rings[i].point == vertex && k < facets; k++)
+            if (spokes[rings[i].first_spoke + k].end == end) return i;
+    }
+    REQUIRE(0, "%s: vertex %u has no ring with %u\n", g->name, (unsigned)vertex, (unsigned)end);
     return 0;
 }
 
-/* Limit points, tangent points and face points, through the layout of the scratch. A ring may begin
-   at another spoke than the reference's. */
+/* Limit points, tangent points and face points, through the layout of the scratch. A closed ring
+   may begin at another spoke than the reference's; an open one begins at its sharp spoke. */
 static void compare_ring(golden *g)
 {
     uint32_t vertex = read_count(g), closed = read_count(g), n = read_count(g);
-    uint32_t facets = read_count(g);
-    const psurf_ring *ring;
-    const psurf_spoke *spokes;
-    uint32_t index = ring_of_vertex(g, vertex), turn = 0, k;
-    REQUIRE(closed == 1 && facets == n, "%s: vertex %u is not closed\n", g->name, (unsigned)vertex);
-    ring = (const psurf_ring *)g->s.tables.rings.data + index;
-    spokes = (const psurf_spoke *)g->s.tables.spokes.data + ring->first_spoke;
-    REQUIRE((ring->valence & ~PSURF_POLAR_RING) == n, "%s: valence of %u\n", g->name,
-            (unsigned)vertex);
-    compare(g, limit_point(&g->s, index), read_vec(g), "limit point", vertex, 0);
+    uint32_t facets = read_count(g), turn = 0, index = 0, k;
+    const psurf_ring *ring = NULL;
+    const psurf_spoke *spokes = NULL;
+    vec limit = read_vec(g);
+    REQUIRE(facets == n - !closed, "%s: facets of %u\n", g->name, (unsigned)vertex);
     for (k = 0; k < n; k++) {
         uint32_t end = read_count(g);
-        if (k == 0)
-            while (turn < n && spokes[turn].end != end) turn++;
-        REQUIRE(turn < n && spokes[(turn + k) % n].end == end, "%s: spokes of %u\n", g->name,
+        if (k == 0) {
+            index = find_ring(g, vertex, end);
+            ring = (const psurf_ring *)g->s.tables.rings.data + index;
+            spokes = (const psurf_spoke *)g->s.tables.spokes.data + ring->first_spoke;
+            REQUIRE((ring->valence & PSURF_RING_VALENCE) == n
+                    && !(ring->valence & PSURF_RING_OPEN) == (closed != 0), "%s: valence of %u\n",
+                    g->name, (unsigned)vertex);
+            while (closed && spokes[turn].end != end) turn++;
+            compare(g, limit_point(&g->s, index), limit, "limit point", vertex, 0);
+        }
+        REQUIRE(spokes[(turn + k) % n].end == end, "%s: spokes of %u\n", g->name,
                 (unsigned)vertex);
         compare(g, spoke_point(&g->s, ring->first_spoke + (turn + k) % n, 0), read_vec(g),
                 "tangent point", vertex, k);
     }
-    for (k = 0; k < n; k++)
+    for (k = 0; k < facets; k++)
         compare(g, spoke_point(&g->s, ring->first_spoke + (turn + k) % n, 1), read_vec(g),
                 "face point", vertex, k);
 }
@@ -204,6 +218,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {GOLDEN("pm_cube"), GOLDEN("pm_latlong6_jitter"),
                                        GOLDEN("pm_octahedron_jitter"), GOLDEN("pm_torus_jitter"),
-                                       GOLDEN("pm_sym_cube_loop")};
+                                       GOLDEN("pm_sym_cube_loop"), GOLDEN("pm_open_grid"),
+                                       GOLDEN("pm_t_corners"), GOLDEN("pm_hard_cube_loop"),
+                                       GOLDEN("pm_hard_torus")};
     return cmocka_run_group_tests_name("golden", tests, NULL, NULL);
 }

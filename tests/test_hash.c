@@ -168,10 +168,53 @@ static mesh scene_blends(void)
     return m;
 }
 
+static mesh scene_open(void)
+{
+    mesh m = make_holed_grid();
+    uint64_t rng = 7;
+    uint32_t n;
+    for (n = 3; n <= 9; n++) {
+        mesh dome = make_dome(n, n % 4 + 1);
+        mesh_corner(&dome, n);
+        mesh_take(&m, dome, 4.0 * n);
+        mesh_take(&m, with_holes(make_random_spindle(&rng, 30, 9), &rng, n), 4.0 * n + 32);
+    }
+    mesh_jitter(&m, &rng, 0.03125);
+    return m;
+}
+
+/* Creases, darts, corners and wide wedges, with blend ratios for the edge ends. */
+static mesh scene_hard(void)
+{
+    uint64_t rng = 8;
+    mesh m = with_hard(make_creature(), &rng, 20);
+    uint32_t n;
+    for (n = 3; n <= 8; n++) {
+        mesh torus = make_torus(n + 2, 7);
+        mesh_split_quads(&torus, &rng, 40);
+        mesh_take(&m, with_hard(torus, &rng, 5 * n), 10.0 * n);
+    }
+    mesh_take(&m, with_hard(make_holed_grid(), &rng, 25), 100);
+    mesh_jitter(&m, &rng, 0.03125);
+    mesh_random_tags(&m, &rng, 32);
+    return m;
+}
+
+/* Faces split by their size, at a vertex of two edges, alone on their side of a crease. */
+static mesh scene_split(void)
+{
+    mesh m = make_marked();
+    uint32_t n;
+    for (n = 6; n <= 12; n++) mesh_take(&m, make_cylinder(n, 1 + n % 3), 4.0 * n + 40);
+    return m;
+}
+
+enum { CLOSED_SCENES = 7 };             /* the first ones: of 3 to 5 corners a face, not marked */
 static const struct { const char *name; mesh (*make)(void); } scenes[] = {
     {"dodecahedron", scene_dodecahedron}, {"torus", scene_torus},       {"poles", scene_poles},
     {"triangles", scene_triangles},       {"creature", scene_creature}, {"random", scene_random},
-    {"blends", scene_blends}};
+    {"blends", scene_blends},             {"open", scene_open},         {"hard", scene_hard},
+    {"split", scene_split}};
 
 static uint64_t hash_scene(uint32_t i, uint32_t step)
 {
@@ -191,7 +234,7 @@ static void hash_text(char *text, size_t size, uint64_t hash)
              (unsigned long)(hash & 0xFFFFFFFFu));
 }
 
-/* The hash on file; 0 where there is none. */
+/* The hash on file; 0 and "missing" where there is none. */
 static int stored_hash(const char *scene, char *text)
 {
     char path[256], name[64];
@@ -203,6 +246,7 @@ static int stored_hash(const char *scene, char *text)
     while (file && !found && fscanf(file, "%63s %16s", name, text) == 2)
         found = !strcmp(name, scene);
     if (file) fclose(file);
+    if (!found) snprintf(text, 20, "missing");
     return found;
 }
 
@@ -213,7 +257,7 @@ static int compare_scenes(int print_only)
     uint32_t i, k;
     int wrong = 0;
     for (i = 0; i < COUNT_OF(scenes); i++) {
-        char ours[20], stored[20] = "missing";
+        char ours[20], stored[20];
         uint64_t hash = hash_scene(i, steps[0]);
         hash_text(ours, sizeof ours, hash);
         printf("%s %s\n", scenes[i].name, ours);
@@ -238,27 +282,34 @@ static void test_scenes(void **state)
     assert_int_equal(compare_scenes(0), 0);
 }
 
-/* The scenes together have every kind of patch, and blend ratios. */
+/* The scenes together have every kind of patch, blend ratios, and everything that marks make. */
 static void test_scenes_cover(void **state)
 {
-    uint32_t i, k, faces[PSURF_KIND_COUNT] = {0}, tags = 0;
+    uint32_t i, k, faces[PSURF_KIND_COUNT] = {0}, tags = 0, boundary = 0, hard = 0, split = 0;
+    uint32_t wide = 0;
     (void)state;
     for (i = 0; i < COUNT_OF(scenes); i++) {
         mesh m = scenes[i].make();
-        psurf_kind *kind = classify_faces(&m);
-        assert_true(mesh_is_valid(&m));
-        for (k = 0; k < m.face_count; k++) faces[kind[k]]++;
+        surface s;
+        assert_true(i >= CLOSED_SCENES || mesh_is_valid(&m));
         for (k = 0; k < m.vertex_count; k++) {          /* positions are exact in float too */
             const vec p = m.positions[k];
             assert_true((double)(float)p.x == p.x && (double)(float)p.y == p.y
                         && (double)(float)p.z == p.z);
         }
-        tags += m.tag_count;
-        free(kind);
+        surface_build(&s, &m);
+        for (k = 0; k < PSURF_KIND_COUNT; k++) faces[k] += s.info.kind_faces[k];
+        boundary += s.info.boundary_edges;
+        hard += s.info.hard_edges;
+        split += s.info.ngon_faces;
+        for (k = 0; k < s.info.rings; k++)
+            wide += (((const psurf_ring *)s.tables.rings.data)[k].valence & PSURF_RING_WIDE) != 0;
+        for (k = 0; k < m.tag_count; k++) tags += (m.tags[k].flags & PSURF_BLEND) != 0;
+        surface_free(&s);
         mesh_free(&m);
     }
     for (k = 0; k < PSURF_KIND_COUNT; k++) assert_true(faces[k] >= 30);
-    assert_true(tags > 20);
+    assert_true(tags > 20 && boundary > 100 && hard > 100 && split > 20 && wide > 10);
 }
 
 /* One bit of one control point: another hash, and psurf_check reports a crack. */

@@ -117,6 +117,379 @@ static void test_all_joins(void **state)
     assert_true(blended.worst < 1e-10);
 }
 
+/* ---- boundaries, hard edges, split faces ----------------------------------------------------- */
+
+/* What was measured on meshes with marks. Sharp edges of a vertex: hard ones and boundaries. */
+typedef struct marked {
+    double worst, inside;                       /* across edges, across lines inside split faces */
+    uint32_t edges, hard, boundary, lines, meshes;
+    uint32_t darts[7], creases[7], corners[7], at_boundary;     /* by valence; hard at boundaries */
+    uint32_t alone, wide, splits, split_sizes[MESH_MAX_CORNERS + 1], poles;
+} marked;
+
+/* Positions of the two sides have the same bits everywhere; normals are of unit length, and one
+   where the edge is not hard. */
+static void measure_edge(marked *r, const surface *s, const mesh *m, const half_edge *a,
+                         const half_edge *b, uint64_t *rng, uint32_t samples)
+{
+    int hard = mesh_is_hard(m, a->from, a->to);
+    uint32_t k;
+    for (k = 0; k < samples + 2; k++) {
+        double t = k < 2 ? (double)k : random_unit(rng), jump;
+        psurf_sample sa = edge_sample(a->face, m->faces[a->face].size, a->corner, t);
+        psurf_sample sb = edge_sample(b->face, m->faces[b->face].size, b->corner, 1 - t);
+        point pa = eval_at(&s->patches, sa), pb = eval_at(&s->patches, sb);
+        REQUIRE(!memcmp(&pa.p, &pb.p, sizeof pa.p), "crack in %u-%u\n", (unsigned)a->from,
+                (unsigned)a->to);
+        jump = normal_jump(&s->patches, sa, sb);
+        REQUIRE(!isnan(jump), "edge %u-%u\n", (unsigned)a->from, (unsigned)a->to);
+        if (!hard) r->worst = fmax(r->worst, jump);
+    }
+    r->edges += !hard;
+    r->hard += (uint32_t)hard;
+}
+
+/* The line from corner i of a split face to its centre, seen from the pieces on both sides. */
+static void measure_line(marked *r, const surface *s, uint32_t face, uint32_t size, uint32_t i,
+                         double t)
+{
+    const double aside = size < 5 ? 1.0 / 17592186044416.0 : 0;         /* 2^-44: into the piece */
+    psurf_sample before = sector_sample(face, size, (i + size - 1) % size, aside, t * (1 - aside));
+    psurf_sample after = sector_sample(face, size, i, t * (1 - aside), aside);
+    point pa = eval_at(&s->patches, before), pb = eval_at(&s->patches, after);
+    double jump = angle_between(pa.n, pb.n);
+    REQUIRE(fabs(length(pa.n) - 1) < 1e-6 && fabs(length(pb.n) - 1) < 1e-6, "face %u\n",
+            (unsigned)face);
+    if (aside > 0) assert_true(distance(pa.p, pb.p) < 1e-11);
+    else assert_true(!memcmp(&pa.p, &pb.p, sizeof pa.p));
+    r->inside = fmax(r->inside, jump);
+    r->lines++;
+}
+
+/* Notes what a mesh has: marks by the mesh's own edges, the rest from the tables. */
+static void count_marks(marked *r, const surface *s, const mesh *m, const edge_map *map)
+{
+    const psurf_ring *rings = (const psurf_ring *)s->tables.rings.data;
+    uint32_t v, i;
+    for (v = 0; v < m->vertex_count; v++) {
+        uint32_t n = 0, hard = 0, open = 0;
+        for (i = lower_edge(map, v, 0); i < lower_edge(map, v + 1, 0); i++, n++) {
+            hard += (uint32_t)mesh_is_hard(m, v, map->edges[i].to);
+            open |= find_edge(map, map->edges[i].to, v) == NULL;
+        }
+        if (open && hard) r->at_boundary++;
+        if (open || n > 6) continue;
+        if (hard == 1) r->darts[n]++;
+        if (hard == 2) r->creases[n]++;
+        if (hard > 2) r->corners[n]++;
+    }
+    for (i = 0; i < s->info.rings; i++) {
+        uint32_t n = rings[i].valence & PSURF_RING_VALENCE;
+        r->wide += (rings[i].valence & PSURF_RING_WIDE) != 0;
+        r->alone += (rings[i].valence & PSURF_RING_CORNER) && n == 2;
+        r->poles += (rings[i].valence & PSURF_RING_POLAR) != 0;
+    }
+    r->boundary += s->info.boundary_edges;
+    r->meshes++;
+}
+
+static void measure_marked(marked *r, const mesh *m, uint64_t *rng)
+{
+    surface s;
+    edge_map map = map_edges(m);
+    uint32_t i, k;
+    surface_build(&s, m);
+    count_marks(r, &s, m, &map);
+    for (i = 0; i < map.count; i++) {
+        const half_edge *a = &map.edges[i], *b = find_edge(&map, a->to, a->from);
+        if (b && a->from < a->to) measure_edge(r, &s, m, a, b, rng, 4);
+    }
+    for (i = 0; i < s.tables.centres.count; i++) {
+        uint32_t face = ((const uint32_t *)s.tables.centres.data)[i], size = m->faces[face].size;
+        r->splits++;
+        r->split_sizes[size]++;
+        for (k = 0; k < 5 * size; k++)
+            measure_line(r, &s, face, size, k % size,
+                         k < size ? 0 : k < 2 * size ? 1 : random_unit(rng));
+    }
+    surface_free(&s);
+    free(map.edges);
+}
+
+static void report_marked(const char *what, const marked *r)
+{
+    uint32_t n;
+    print_message("%s: %u meshes, %u smooth edges %.2g rad, %u hard, %u boundary; %u lines in %u "
+                  "split faces %.2g rad; %u wide wedges, %u faces in corners, %u poles, %u hard "
+                  "at boundaries; darts/creases/corners", what, (unsigned)r->meshes,
+                  (unsigned)r->edges, r->worst, (unsigned)r->hard, (unsigned)r->boundary,
+                  (unsigned)r->lines, (unsigned)r->splits, r->inside, (unsigned)r->wide,
+                  (unsigned)r->alone, (unsigned)r->poles, (unsigned)r->at_boundary);
+    for (n = 3; n <= 6; n++)
+        print_message(" %u: %u/%u/%u", (unsigned)n, (unsigned)r->darts[n],
+                      (unsigned)r->creases[n], (unsigned)r->corners[n]);
+    print_message("\n");
+    assert_true(r->worst < 1e-10);
+    assert_true(r->inside < 1e-10);
+}
+
+/* As it is, with other positions, and with random blend ratios; consumes it. */
+static void measure_marked_variants(marked *r, mesh m, uint64_t *rng)
+{
+    measure_marked(r, &m, rng);
+    mesh_jitter(&m, rng, 0.04);
+    measure_marked(r, &m, rng);
+    mesh_random_tags(&m, rng, 16);
+    measure_marked(r, &m, rng);
+    mesh_free(&m);
+}
+
+static void test_open_meshes(void **state)
+{
+    marked r;
+    uint64_t rng = 20;
+    uint32_t n, k;
+    mesh m;
+    (void)state;
+    if (!IS_DOUBLE) skip();
+    memset(&r, 0, sizeof r);
+    measure_marked_variants(&r, make_grid(6, 5), &rng);
+    measure_marked_variants(&r, make_grid(1, 5), &rng);
+    measure_marked_variants(&r, make_holed_grid(), &rng);
+    for (n = 3; n <= 9; n++) {
+        measure_marked_variants(&r, make_polygon(n), &rng);
+        measure_marked_variants(&r, make_dome(n, 1), &rng);
+        measure_marked_variants(&r, make_dome(n, 1 + n % 4), &rng);
+        m = make_dome(n, 1);                            /* corners of two triangles */
+        for (k = 0; k < n && n < 7; k++) mesh_corner(&m, 1 + k);
+        measure_marked_variants(&r, m, &rng);
+        m = make_grid(n, 5);
+        mesh_split_quads(&m, &rng, 50);
+        mesh_corner(&m, 0);
+        mesh_corner(&m, n);
+        measure_marked_variants(&r, m, &rng);
+        measure_marked_variants(&r, with_holes(make_triangle_ball(n), &rng, 2), &rng);
+    }
+    assert_true(r.poles >= 30);
+    for (k = 1; k <= 8; k++) {
+        measure_marked_variants(&r, with_holes(make_dodecahedron(), &rng, k), &rng);
+        measure_marked_variants(&r, with_holes(make_creature(), &rng, 2 * k), &rng);
+        measure_marked_variants(&r, with_holes(make_random_spindle(&rng, 10 * k, 9), &rng, k),
+                                &rng);
+    }
+    report_marked("open", &r);
+    assert_true(r.meshes / 3 >= 60 && r.boundary > 1000);
+}
+
+/* Darts, creases, corners and lone faces wherever chance puts them. */
+static void test_hard_edges(void **state)
+{
+    static const uint32_t percents[] = {3, 10, 25, 60};
+    marked r;
+    uint64_t rng = 21;
+    uint32_t n, k;
+    (void)state;
+    if (!IS_DOUBLE) skip();
+    memset(&r, 0, sizeof r);
+    for (k = 0; k < COUNT_OF(percents); k++) {
+        const uint32_t percent = percents[k];
+        measure_marked_variants(&r, with_hard(make_cube(), &rng, percent), &rng);
+        measure_marked_variants(&r, with_hard(make_dodecahedron(), &rng, percent), &rng);
+        measure_marked_variants(&r, with_hard(make_creature(), &rng, percent), &rng);
+        measure_marked_variants(&r, with_hard(make_torus(9, 7), &rng, percent), &rng);
+        measure_marked_variants(&r, with_hard(make_holed_grid(), &rng, percent), &rng);
+        for (n = 3; n <= 8; n++) {
+            mesh m = make_torus(n + 2, 9);
+            mesh_split_quads(&m, &rng, 40);
+            measure_marked_variants(&r, with_hard(m, &rng, percent), &rng);
+            measure_marked_variants(&r, with_hard(make_triangle_ball(n), &rng, percent), &rng);
+            measure_marked_variants(&r, with_hard(make_latlong(n, 4), &rng, percent), &rng);
+            m = with_holes(make_random_spindle(&rng, 30, 9), &rng, n % 4);
+            measure_marked_variants(&r, with_hard(m, &rng, percent), &rng);
+        }
+    }
+    report_marked("hard", &r);
+    for (n = 3; n <= 6; n++)
+        REQUIRE(r.darts[n] >= 50 && r.creases[n] >= 50 && r.corners[n] >= 30, "valence %u\n",
+                (unsigned)n);
+    assert_true(r.hard > 3000 && r.at_boundary > 50 && r.wide > 50 && r.alone > 300);
+    assert_true(r.split_sizes[3] > 20 && r.split_sizes[4] > 20 && r.split_sizes[5] > 20);
+}
+
+/* Two chains of hard edges round a face: it is alone on its side at every vertex. */
+static void test_lone_faces(void **state)
+{
+    mesh m = make_torus(8, 8);
+    marked r;
+    uint64_t rng = 22;
+    uint32_t f, k;
+    (void)state;
+    if (!IS_DOUBLE) skip();
+    memset(&r, 0, sizeof r);
+    for (f = 9; f < 64; f += 18)
+        for (k = 0; k < 4; k++) mesh_hard(&m, m.faces[f].v[k], m.faces[f].v[(k + 1) % 4]);
+    measure_marked_variants(&r, m, &rng);
+    assert_int_equal(r.splits, 3 * 4);
+    assert_int_equal(r.poles, 3 * 4);                   /* a hard rim: the fan is a polar cap */
+    m = make_torus(8, 8);                               /* only two edges of it, at one vertex */
+    mesh_hard(&m, m.faces[9].v[0], m.faces[9].v[1]);
+    mesh_hard(&m, m.faces[9].v[1], m.faces[9].v[2]);
+    measure_marked_variants(&r, m, &rng);
+    assert_int_equal(r.splits, 3 * 4 + 3);
+    report_marked("lone faces", &r);
+}
+
+/* At a vertex every face's normal is near that of its plane. */
+static void expect_upright(const mesh *m, uint32_t vertex)
+{
+    surface s;
+    uint32_t f, k, found = 0;
+    surface_build(&s, m);
+    for (f = 0; f < m->face_count; f++)
+        for (k = 0; k < m->faces[f].size; k++) {
+            const uint32_t *v = m->faces[f].v;
+            vec p = m->positions[v[0]], n = cross(sub(m->positions[v[1]], p),
+                                                  sub(m->positions[v[2]], p));
+            point at = eval_at(&s.patches, edge_sample(f, m->faces[f].size, k, 0));
+            if (v[k] != vertex) continue;
+            assert_true(angle_between(at.n, n) < 30 * PI / 180);
+            found++;
+        }
+    assert_true(found >= 4);
+    surface_free(&s);
+}
+
+/* A crease opens from a dart gently: a little way along it the two normals are still close. */
+static void test_darts_open_gently(void **state)
+{
+    const double t = 1.0 / 64;
+    uint32_t n;
+    (void)state;
+    if (!IS_DOUBLE) skip();
+    for (n = 3; n <= 12; n++) {
+        mesh m = make_triangle_ball(n);                 /* of valence n at its top */
+        edge_map map;
+        surface s;
+        const half_edge *a, *b;
+        double angle;
+        mesh_hard(&m, 0, 1);
+        mesh_hard(&m, 1, n + 1);                        /* to the bottom, and round it */
+        map = map_edges(&m);
+        surface_build(&s, &m);
+        a = find_edge(&map, 0, 1), b = find_edge(&map, 1, 0);
+        angle = angle_between(eval_at(&s.patches, edge_sample(a->face, 3, a->corner, t)).n,
+                              eval_at(&s.patches, edge_sample(b->face, 3, b->corner, 1 - t)).n);
+        print_message("dart of valence %u: %.2g degrees\n", (unsigned)n, angle * 180 / PI);
+        assert_true(angle > 0 && angle * 180 / PI < 4 * t);
+        surface_free(&s);
+        free(map.edges);
+        mesh_free(&m);
+    }
+}
+
+/* Where a crease ends at another one the straight side is smooth, its normal that of the faces. */
+static void test_wide_wedges(void **state)
+{
+    marked r;
+    uint64_t rng = 23;
+    uint32_t k, triangles;
+    (void)state;
+    if (!IS_DOUBLE) skip();
+    memset(&r, 0, sizeof r);
+    for (triangles = 0; triangles < 2; triangles++) {
+        mesh m = make_grid(8, 8);
+        if (triangles) mesh_split_quads(&m, &rng, 100);
+        for (k = 0; k < 8; k++) mesh_hard(&m, 9 * 4 + k, 9 * 4 + k + 1);
+        for (k = 0; k < 4; k++) mesh_hard(&m, 9 * k + 3, 9 * (k + 1) + 3);
+        expect_upright(&m, 9 * 4 + 3);
+        measure_marked_variants(&r, m, &rng);
+    }
+    report_marked("T of creases", &r);
+    assert_true(r.wide >= 5);
+}
+
+/* Caps of cylinders are polar fans, hard rim or not. */
+static void test_ngons(void **state)
+{
+    uint64_t rng = 24;
+    uint32_t n, k, hard;
+    marked r;
+    (void)state;
+    if (!IS_DOUBLE) skip();
+    memset(&r, 0, sizeof r);
+    for (n = 6; n <= 12; n++)
+        for (hard = 0; hard < 2; hard++) {
+            mesh m = make_cylinder(n, 3);
+            surface s;
+            for (k = 0; k < n && hard; k++) mesh_hard(&m, 3 * n + k, 3 * n + (k + 1) % n);
+            surface_build(&s, &m);
+            assert_int_equal(s.info.ngon_faces, 2);
+            assert_int_equal(s.info.facets, 3 * n + 2 * n);
+            assert_int_equal(s.tables.kind_first[PSURF_P3] - s.tables.kind_first[PSURF_POLAR],
+                             2 * n);
+            assert_int_equal(s.info.kind_faces[PSURF_BICUBIC], 3 * n);
+            surface_free(&s);
+            measure_marked_variants(&r, m, &rng);
+            assert_true(r.split_sizes[n] > 0);
+        }
+    report_marked("n-gons", &r);
+}
+
+static void test_two_edges_at_a_vertex(void **state)
+{
+    uint64_t rng = 25;
+    uint32_t k;
+    marked r;
+    (void)state;
+    if (!IS_DOUBLE) skip();
+    memset(&r, 0, sizeof r);
+    for (k = 0; k < 4; k++) {
+        mesh m = k == 0 ? make_cube() : k == 1 ? make_tetrahedron() : make_torus(7, 6);
+        surface s;
+        mesh_insert_vertex(&m, 0, 0);
+        if (k == 3) {
+            mesh_insert_vertex(&m, 0, 1);               /* two of them in a row */
+            mesh_insert_vertex(&m, 20, 2);
+            mesh_hard(&m, m.faces[20].v[2], m.faces[20].v[3]);
+            mesh_hard(&m, m.faces[20].v[3], m.faces[20].v[4]);
+        }
+        surface_build(&s, &m);
+        assert_int_equal(s.info.valence2, k == 3 ? 3 : 1);
+        assert_int_equal(s.info.ngon_faces, k == 3 ? 4 : 2);
+        surface_free(&s);
+        measure_marked_variants(&r, m, &rng);
+    }
+    report_marked("two edges", &r);
+}
+
+/* A hard edge between two smooth vertices, corners where no crease is: nothing changes. */
+static void test_marks_without_effect(void **state)
+{
+    mesh m = make_creature(), marked_mesh;
+    surface a, b;
+    uint32_t i, k;
+    (void)state;
+    marked_mesh = mesh_copy(&m);
+    mesh_hard(&marked_mesh, m.faces[30].v[0], m.faces[30].v[1]);
+    mesh_corner(&marked_mesh, m.faces[30].v[0]);
+    mesh_corner(&marked_mesh, m.faces[20].v[0]);
+    surface_build(&a, &m);
+    surface_build(&b, &marked_mesh);
+    assert_int_equal(b.info.hard_edges, 1);
+    assert_int_equal(a.patches.layout.patch_bytes, b.patches.layout.patch_bytes);
+    for (i = 0; i < a.info.facets; i++) {               /* the ring may begin at another spoke */
+        psurf_patch pa = psurf_get_patch(&a.patches, i), pb = psurf_get_patch(&b.patches, i);
+        assert_true(pa.kind == pb.kind && pa.face == pb.face);
+        for (k = 0; k < pa.point_count; k++)
+            assert_true(distance(load(pa.points + 3 * k), load(pb.points + 3 * k))
+                        < (IS_DOUBLE ? 1e-14 : 2e-6));
+    }
+    surface_free(&a);
+    surface_free(&b);
+    mesh_free(&m);
+    mesh_free(&marked_mesh);
+}
+
 /* The same in float on shapes as they are modelled. */
 static void test_joins_in_float(void **state)
 {
@@ -184,8 +557,8 @@ static void test_poles(void **state)
         rings = (const psurf_ring *)s.tables.rings.data;
         for (i = 0; i < s.info.rings; i++) {
             vec v = limit_point(&s, i), normal = make_vec(0, 0, 0);
-            uint32_t valence = rings[i].valence & ~PSURF_POLAR_RING;
-            if (!(rings[i].valence & PSURF_POLAR_RING)) continue;
+            uint32_t valence = rings[i].valence & PSURF_RING_VALENCE;
+            if (!(rings[i].valence & PSURF_RING_POLAR)) continue;
             poles++;
             for (k = 0; k < valence; k++)
                 normal = add(normal, cross(sub(spoke_point(&s, rings[i].first_spoke + k, 0), v),
@@ -661,9 +1034,9 @@ static void test_blend_at_one_end(void **state)
         here = psurf_find_spoke(s.topology, v0, v1);
         there = psurf_find_spoke(s.topology, v1, v0);
         ring = (const psurf_ring *)s.tables.rings.data;
-        while (here - ring->first_spoke >= (ring->valence & ~PSURF_POLAR_RING)) ring++;
+        while (here - ring->first_spoke >= (ring->valence & PSURF_RING_VALENCE)) ring++;
         for (k = 0; k < 2; k++) {
-            uint32_t n = ring->valence & ~PSURF_POLAR_RING;
+            uint32_t n = ring->valence & PSURF_RING_VALENCE;
             uint32_t j = ring->first_spoke + (here - ring->first_spoke + (k ? n - 1 : 0)) % n;
             vec f = sub(spoke_point(&s, j, 1), p);
             assert_true(length(cross(f, along)) < tolerance && dot(f, along) > 0);
@@ -874,7 +1247,13 @@ static void test_bookkeeping(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_all_joins),          cmocka_unit_test(test_joins_in_float),
+        cmocka_unit_test(test_all_joins),          cmocka_unit_test(test_open_meshes),
+        cmocka_unit_test(test_hard_edges),         cmocka_unit_test(test_lone_faces),
+        cmocka_unit_test(test_darts_open_gently),  cmocka_unit_test(test_wide_wedges),
+        cmocka_unit_test(test_ngons),
+        cmocka_unit_test(test_two_edges_at_a_vertex),
+        cmocka_unit_test(test_marks_without_effect),
+        cmocka_unit_test(test_joins_in_float),
         cmocka_unit_test(test_high_valence),       cmocka_unit_test(test_poles),
         cmocka_unit_test(test_inside_pm),          cmocka_unit_test(test_bspline),
         cmocka_unit_test(test_quadratic_on_grid),  cmocka_unit_test(test_quadratics_at_centre),

@@ -79,6 +79,19 @@ static mesh make_scene(uint64_t seed)
     return m;
 }
 
+/* Closed and unmarked; then everything else. */
+enum { SCENES = 2 };
+static mesh make_scene_of(uint32_t scene, uint64_t seed)
+{
+    return scene ? make_marked() : make_scene(seed);
+}
+
+static int is_split(const surface *s, uint32_t face)
+{
+    const psurf_facet *facets = (const psurf_facet *)s->tables.facets.data;
+    return (facets[patch_of(s, face)].piece & PSURF_SPLIT_FACE) != 0;
+}
+
 /* ---- counts, order, closedness --------------------------------------------------------------- */
 
 typedef struct triangle_edge { uint32_t from, to; } triangle_edge;
@@ -90,11 +103,12 @@ static int compare_edges(const void *pa, const void *pb)
     return a->to < b->to ? -1 : a->to > b->to;
 }
 
-/* Every directed edge once, with its reverse. Returns the number of undirected edges. */
-static uint32_t expect_closed(const tess *t)
+/* Every directed edge once, all but open of them with their reverse. Returns the number of
+   undirected edges. */
+static uint32_t expect_manifold(const tess *t, uint32_t open)
 {
     triangle_edge *edges = (triangle_edge *)grab(t->span.index_count, sizeof *edges);
-    uint32_t count = (uint32_t)t->span.index_count, i;
+    uint32_t count = (uint32_t)t->span.index_count, alone = 0, i;
     for (i = 0; i < count; i++) {
         edges[i].from = t->indices[i];
         edges[i].to = t->indices[i % 3 == 2 ? i - 2 : i + 1];
@@ -105,10 +119,11 @@ static uint32_t expect_closed(const tess *t)
         triangle_edge back;
         back.from = edges[i].to, back.to = edges[i].from;
         assert_true(i == 0 || compare_edges(&edges[i - 1], &edges[i]) != 0);
-        assert_non_null(bsearch(&back, edges, count, sizeof *edges, compare_edges));
+        alone += !bsearch(&back, edges, count, sizeof *edges, compare_edges);
     }
     free(edges);
-    return count / 2;
+    assert_int_equal(alone, open);
+    return (count + open) / 2;
 }
 
 /* Triangles see the outside: their plane agrees with the normals of their vertices. */
@@ -125,33 +140,42 @@ static uint32_t turned_triangles(const tess *t)
     return turned;
 }
 
+/* Sizes, manifold with boundary, every vertex in use. Both sides of hard edges are boundaries. */
+static void expect_welded(const mesh *m, const surface *s, uint32_t rate)
+{
+    tess t = tessellate(s, rate, 0);
+    uint32_t inside = 0, triangles = 0, edges, rings = s->info.rings - s->info.centres, f, i, *used;
+    for (f = 0; f < m->face_count; f++) {
+        inside += vertices_of_face(m->faces[f].size, rate) - m->faces[f].size * rate;
+        triangles += triangles_of_face(m->faces[f].size, rate);
+    }
+    assert_int_equal(t.span.vertex_count, rings + s->info.edge_sides * (rate - 1) + inside);
+    assert_int_equal(t.span.index_count, 3 * triangles);
+    edges = expect_manifold(&t, rate * (s->info.boundary_edges + 2 * s->info.hard_edges));
+    assert_int_equal((int)(t.span.vertex_count + triangles) - (int)edges,
+                     (int)(rings + s->info.faces) - (int)s->info.edge_sides);
+    used = (uint32_t *)grab(t.span.vertex_count, sizeof *used);
+    for (i = 0; i < t.span.index_count; i++) used[t.indices[i]]++;
+    for (i = 0; i < t.span.vertex_count; i++)
+        assert_true(used[i] >= (s->info.edge_sides > s->info.edges ? 1 : 3));
+    free(used);
+    tess_free(&t);
+}
+
 static void test_welded(void **state)
 {
-    mesh m = make_scene(1), shape = make_creature();
+    mesh shape = make_creature();
     surface s;
-    uint32_t rate, f;
+    uint32_t rate, scene;
     (void)state;
-    surface_build(&s, &m);
-    for (rate = 1; rate <= 33; rate += rate < 9 ? 1 : 8) {
-        tess t = tessellate(&s, rate, 0);
-        uint32_t inside = 0, triangles = 0, edges, i, *used;
-        for (f = 0; f < m.face_count; f++) {
-            inside += vertices_of_face(m.faces[f].size, rate) - m.faces[f].size * rate;
-            triangles += triangles_of_face(m.faces[f].size, rate);
-        }
-        assert_int_equal(t.span.vertex_count,
-                         s.info.rings + s.info.edges * (rate - 1) + inside);
-        assert_int_equal(t.span.index_count, 3 * triangles);
-        edges = expect_closed(&t);
-        assert_int_equal((int)(t.span.vertex_count + triangles) - (int)edges,
-                         (int)(s.info.rings + s.info.faces) - (int)s.info.edges);
-        used = (uint32_t *)grab(t.span.vertex_count, sizeof *used);
-        for (i = 0; i < t.span.index_count; i++) used[t.indices[i]]++;
-        for (i = 0; i < t.span.vertex_count; i++) assert_true(used[i] >= 3);
-        free(used);
-        tess_free(&t);
+    for (scene = 0; scene < SCENES; scene++) {
+        mesh m = make_scene_of(scene, 1);
+        surface_build(&s, &m);
+        /* at rate 1 the two sides of a hard edge may have both ends in common */
+        for (rate = 1 + scene; rate <= 33; rate += rate < 9 ? 1 : 8) expect_welded(&m, &s, rate);
+        surface_free(&s);
+        mesh_free(&m);
     }
-    surface_free(&s);
     surface_build(&s, &shape);                          /* no jitter, nothing folds over */
     for (rate = 1; rate <= 9; rate++) {
         tess t = tessellate(&s, rate, 0);
@@ -159,27 +183,23 @@ static void test_welded(void **state)
         tess_free(&t);
     }
     surface_free(&s);
-    mesh_free(&m);
     mesh_free(&shape);
 }
 
 /* Vertices of the same corner of the same triangle have the same position, per face and welded, bit
-   for bit; normals too where the writer is the face itself, else to rounding. */
-static void test_per_face_equals_welded(void **state)
+   for bit; normals too where the writer is the face itself, else to rounding: so hard edges have
+   one per side. */
+static void expect_per_face_equals_welded(const mesh *m, const surface *s)
 {
-    mesh m = make_scene(2);
-    surface s;
     uint32_t rate;
-    (void)state;
-    surface_build(&s, &m);
     for (rate = 1; rate <= 33; rate += rate < 9 ? 1 : 6) {
-        tess a = tessellate(&s, rate, PSURF_TESS_PER_FACE), b = tessellate(&s, rate, 0);
+        tess a = tessellate(s, rate, PSURF_TESS_PER_FACE), b = tessellate(s, rate, 0);
         uint32_t f, vertex = 0, *lowest = (uint32_t *)grab(b.span.vertex_count, sizeof *lowest);
         size_t index = 0, k;
         assert_int_equal(a.span.index_count, b.span.index_count);
         memset(lowest, 0xFF, b.span.vertex_count * sizeof *lowest);
-        for (f = 0; f < m.face_count; f++) {
-            uint32_t size = m.faces[f].size, count = vertices_of_face(size, rate);
+        for (f = 0; f < m->face_count; f++) {
+            uint32_t size = m->faces[f].size, count = vertices_of_face(size, rate);
             size_t end = index + 3 * (size_t)triangles_of_face(size, rate);
             for (k = index; k < end; k++) {
                 uint32_t i = a.indices[k], j = b.indices[k];
@@ -201,26 +221,34 @@ static void test_per_face_equals_welded(void **state)
         tess_free(&a);
         tess_free(&b);
     }
-    surface_free(&s);
-    mesh_free(&m);
+}
+
+static void test_per_face_equals_welded(void **state)
+{
+    uint32_t scene;
+    (void)state;
+    for (scene = 0; scene < SCENES; scene++) {
+        mesh m = make_scene_of(scene, 2);
+        surface s;
+        surface_build(&s, &m);
+        expect_per_face_equals_welded(&m, &s);
+        surface_free(&s);
+        mesh_free(&m);
+    }
 }
 
 /* where is where: psurf_eval there gives the vertex; on edges, at rates that are powers of two, bit
    for bit. Per face the order is corner 0 -> 1 first, then towards the other side. */
-static void test_where(void **state)
+static void expect_where(const mesh *m, const surface *s)
 {
-    mesh m = make_scene(3);
-    surface s;
     uint32_t rate, on_edges = 0;
-    (void)state;
-    surface_build(&s, &m);
     for (rate = 1; rate <= 16; rate++) {
-        tess t = tessellate(&s, rate, PSURF_TESS_PER_FACE);
+        tess t = tessellate(s, rate, PSURF_TESS_PER_FACE);
         uint32_t i, f, x, y, sector;
         for (i = 0; i < t.span.vertex_count; i++) {
             psurf_sample w = t.where[i];
-            uint32_t size = m.faces[w.face].size;
-            point p = eval_at(&s.patches, w);
+            uint32_t size = m->faces[w.face].size;
+            point p = eval_at(&s->patches, w);
             psurf_real exact[3];
             double u = (double)w.u, v = (double)w.v;
             assert_true(u >= 0 && v >= 0 && u <= 1 && v <= 1 && w.sector < (size < 5 ? 1 : size));
@@ -236,8 +264,8 @@ static void test_where(void **state)
                 on_edges++;
             }
         }
-        for (f = i = 0; f < m.face_count; f++) {
-            uint32_t size = m.faces[f].size;
+        for (f = i = 0; f < m->face_count; f++) {
+            uint32_t size = m->faces[f].size;
             double step = 1.0 / rate, tiny = IS_DOUBLE ? 1e-14 : 1e-6;
             for (sector = 0; sector < (size < 5 ? 1 : size); sector++)
                 for (y = 0; y < rate + (size < 5); y++)
@@ -246,7 +274,7 @@ static void test_where(void **state)
                         double centre = y * step, along = x * step;
                         assert_int_equal(w.face, f);
                         assert_int_equal(w.sector, sector);
-                        if (size == 5) {        /* u falls from corner to corner */
+                        if (size >= 5) {        /* u falls from corner to corner */
                             assert_true(fabs((double)w.v - along) < tiny);
                             assert_true(fabs((double)w.u - (1 - along - centre)) < tiny);
                         } else {
@@ -254,7 +282,7 @@ static void test_where(void **state)
                             assert_true(fabs((double)w.v - centre) < tiny);
                         }
                     }
-            if (size == 5) {
+            if (size >= 5) {
                 assert_true(t.where[i].u == 0 && t.where[i].v == 0 && t.where[i].face == f);
                 i++;
             }
@@ -263,48 +291,69 @@ static void test_where(void **state)
         tess_free(&t);
     }
     assert_true(on_edges > 1000);
-    surface_free(&s);
-    mesh_free(&m);
 }
 
-/* Welded numbers: a vertex per ring, in their order; then each edge's, from the writer's corner on;
-   then the insides, face by face. */
-static void test_numbering(void **state)
+static void test_where(void **state)
 {
-    const uint32_t rate = 7;
-    mesh m = make_scene(9);
-    surface s;
-    tess t;
-    uint32_t i, k, f, next;
+    uint32_t scene;
     (void)state;
-    surface_build(&s, &m);
-    t = tessellate(&s, rate, 0);
-    for (i = 0; i < s.info.rings; i++) {
-        vec v = limit_point(&s, i), p = load(t.p + 3 * i);
+    for (scene = 0; scene < SCENES; scene++) {
+        mesh m = make_scene_of(scene, 3);
+        surface s;
+        surface_build(&s, &m);
+        expect_where(&m, &s);
+        surface_free(&s);
+        mesh_free(&m);
+    }
+}
+
+/* Welded numbers: a vertex per ring but centres, in their order; then each edge side's, from the
+   writer's corner on; then the insides, face by face. */
+static void expect_numbering(const mesh *m, const surface *s)
+{
+    const uint32_t rate = 7, rings = s->info.rings - s->info.centres;
+    tess t = tessellate(s, rate, 0);
+    uint32_t i, k, f, next;
+    for (i = 0; i < rings; i++) {
+        vec v = limit_point(s, i), p = load(t.p + 3 * i);
         assert_true(v.x == p.x && v.y == p.y && v.z == p.z);
     }
-    for (i = 0; i < s.info.edges; i++) {
-        uint32_t corner = ((const psurf_edge *)s.tables.edges.data)[i].corner, facet = 0, local;
-        while (facet + 1 < s.info.facets && first_corner(&s, facet + 1) <= corner) facet++;
-        local = corner - first_corner(&s, facet);
-        f = psurf_get_patch(&s.patches, facet).face;
+    for (i = 0; i < s->info.edge_sides; i++) {
+        uint32_t corner = ((const psurf_edge *)s->tables.edges.data)[i].corner, facet = 0, local;
+        while (facet + 1 < s->info.facets && first_corner(s, facet + 1) <= corner) facet++;
+        f = psurf_get_patch(&s->patches, facet).face;
+        local = corner - first_corner(s, facet);
+        if (is_split(s, f)) local = psurf_get_patch(&s->patches, facet).sector;
         for (k = 1; k < rate; k++) {
-            uint32_t at = s.info.rings + i * (rate - 1) + k - 1;
-            point p = eval_at(&s.patches, edge_sample(f, m.faces[f].size, local, (double)k / rate));
+            uint32_t at = rings + i * (rate - 1) + k - 1;
+            point p = eval_at(&s->patches,
+                              edge_sample(f, m->faces[f].size, local, (double)k / rate));
             assert_int_equal(t.where[at].face, f);
-            assert_true(distance(p.p, load(t.p + 3 * at)) < (IS_DOUBLE ? 1e-13 : 2e-5));
+            assert_true(distance(p.p, load(t.p + 3 * at)) < (IS_DOUBLE ? 1e-13 : 1e-4));
         }
     }
-    next = s.info.rings + s.info.edges * (rate - 1);
-    for (f = 0; f < m.face_count; f++) {
-        uint32_t size = m.faces[f].size, inside = vertices_of_face(size, rate) - size * rate;
+    next = rings + s->info.edge_sides * (rate - 1);
+    for (f = 0; f < m->face_count; f++) {
+        uint32_t size = m->faces[f].size, inside = vertices_of_face(size, rate) - size * rate;
         for (k = 0; k < inside; k++) assert_int_equal(t.where[next + k].face, f);
         next += inside;
     }
     assert_int_equal(next, t.span.vertex_count);
     tess_free(&t);
-    surface_free(&s);
-    mesh_free(&m);
+}
+
+static void test_numbering(void **state)
+{
+    uint32_t scene;
+    (void)state;
+    for (scene = 0; scene < SCENES; scene++) {
+        mesh m = make_scene_of(scene, 9);
+        surface s;
+        surface_build(&s, &m);
+        expect_numbering(&m, &s);
+        surface_free(&s);
+        mesh_free(&m);
+    }
 }
 
 /* ---- ranges ---------------------------------------------------------------------------------- */
@@ -358,27 +407,23 @@ static void write_range(const surface *s, tess *t, uint32_t first, uint32_t coun
     free(indices);
 }
 
-static void test_ranges(void **state)
+static void expect_ranges(const mesh *m, const surface *s)
 {
     static const uint32_t rates[] = {1, 2, 5, 8};
-    mesh m = make_scene(4);
-    surface s;
     uint64_t rng = 4;
     uint32_t round, i;
-    (void)state;
-    surface_build(&s, &m);
     for (round = 0; round < 24; round++) {
         uint32_t flags = round & 1 ? PSURF_TESS_PER_FACE : 0, rate = rates[round / 2 % 4], end;
         size_t vertices;
-        tess whole = tessellate(&s, rate, flags), parts = tessellate(&s, rate, flags);
+        tess whole = tessellate(s, rate, flags), parts = tessellate(s, rate, flags);
         memset(parts.p, 0, (size_t)parts.span.vertex_count * 3 * sizeof *parts.p);
         memset(parts.n, 0, (size_t)parts.span.vertex_count * 3 * sizeof *parts.n);
         memset(parts.indices, 0, parts.span.index_count * sizeof *parts.indices);
         for (i = 0; i < parts.span.vertex_count; i++) parts.where[i].face = PSURF_NONE;
-        for (end = m.face_count; end > 0;) {            /* from the back */
+        for (end = m->face_count; end > 0;) {            /* from the back */
             uint32_t count = 1 + random_below(&rng, round < 8 ? end : end < 9 ? end : 9);
             end -= count;
-            write_range(&s, &parts, end, end + count == m.face_count ? PSURF_NONE - end : count);
+            write_range(s, &parts, end, end + count == m->face_count ? PSURF_NONE - end : count);
         }
         vertices = whole.span.vertex_count;
         assert_memory_equal(whole.p, parts.p, vertices * 3 * sizeof *whole.p);
@@ -389,8 +434,20 @@ static void test_ranges(void **state)
         tess_free(&whole);
         tess_free(&parts);
     }
-    surface_free(&s);
-    mesh_free(&m);
+}
+
+static void test_ranges(void **state)
+{
+    uint32_t scene;
+    (void)state;
+    for (scene = 0; scene < SCENES; scene++) {
+        mesh m = make_scene_of(scene, 4);
+        surface s;
+        surface_build(&s, &m);
+        expect_ranges(&m, &s);
+        surface_free(&s);
+        mesh_free(&m);
+    }
 }
 
 /* Ranges that hold nothing, and outputs left out. */
@@ -515,13 +572,15 @@ static gaps compare_edges_of(const surface *s, const mesh *m, uint32_t rate)
     }
     for (i = 0; i < map.count; i++) {
         const half_edge *a = &map.edges[i], *b = find_edge(&map, a->to, a->from);
-        if (a->from > a->to) continue;
+        int hard = mesh_is_hard(m, a->from, a->to);
+        if (!b || a->from > a->to) continue;
         for (k = 0; k <= rate; k++) {
             uint32_t va = first[a->face] + edge_vertex(m->faces[a->face].size, rate, a->corner, k);
             uint32_t vb = first[b->face]
                         + edge_vertex(m->faces[b->face].size, rate, b->corner, rate - k);
             g.samples++;
             g.cracks += !same_bits(t.p + 3 * va, t.p + 3 * vb);
+            if (hard) continue;
             g.angle = fmax(g.angle, angle_between(load(t.n + 3 * va), load(t.n + 3 * vb)));
         }
     }
@@ -540,27 +599,50 @@ static psurf_check_result check(const surface *s, uint32_t rate)
 }
 
 /* No cracks at any rate, and psurf_check sees what a comparison of the output sees. */
-static void test_no_cracks(void **state)
+static void expect_no_cracks(const mesh *m, const surface *s)
 {
-    mesh m = make_scene(5);
-    surface s;
+    const uint32_t pairs = s->info.edges - s->info.boundary_edges;
     uint32_t rate;
-    (void)state;
-    surface_build(&s, &m);
     for (rate = 1; rate <= 33; rate++) {
-        gaps own = compare_edges_of(&s, &m, rate);
-        psurf_check_result r = check(&s, rate);
+        gaps own = compare_edges_of(s, m, rate);
+        psurf_check_result r = check(s, rate);
         assert_int_equal(own.cracks, 0);
         assert_int_equal(r.cracks, 0);
         assert_int_equal(r.samples, own.samples);
-        assert_int_equal(r.samples, (uint64_t)s.info.edges * (rate + 1));
-        assert_int_equal(r.nonfinite + r.degenerate + r.sharp_edges, 0);
+        assert_int_equal(r.samples, (uint64_t)pairs * (rate + 1));
+        assert_int_equal(r.nonfinite + r.degenerate, 0);
+        assert_int_equal(r.sharp_edges, s->info.hard_edges);
         assert_true(fabs(r.max_normal_deg - own.angle * 180 / PI)
                     < (IS_DOUBLE ? 1e-12 : 3e-5));     /* lengths are 1 to rounding */
         assert_true(r.max_normal_deg < (IS_DOUBLE ? 1e-8 : 0.01));
     }
-    surface_free(&s);
-    mesh_free(&m);
+}
+
+static void test_no_cracks(void **state)
+{
+    uint32_t scene, k;
+    (void)state;
+    for (scene = 0; scene < SCENES; scene++) {
+        mesh m = make_scene_of(scene, 5);
+        surface s;
+        surface_build(&s, &m);
+        expect_no_cracks(&m, &s);
+        surface_free(&s);
+        if (scene) {
+            psurf_real *blends;                         /* other ratios, given for the frame */
+            uint64_t rng = 5;
+            surface_build(&s, &m);
+            blends = (psurf_real *)grab(s.info.spokes, sizeof *blends);
+            for (k = 0; k < s.info.spokes; k++)
+                blends[k] = (psurf_real)(0.25 + random_unit(&rng) / 2);
+            s.construct.blends = blends;
+            assert_int_equal(psurf_construct(&s.patches, &s.construct), PSURF_OK);
+            expect_no_cracks(&m, &s);
+            free(blends);
+            surface_free(&s);
+        }
+        mesh_free(&m);
+    }
 }
 
 /* One bit of one patch changed: both see it, at the same samples. */
@@ -647,6 +729,45 @@ static void test_check_accounts(void **state)
     mesh_free(&m);
 }
 
+/* Boxes hold what is evaluated, and are not much too large. */
+static void test_bounds_of_pieces(void **state)
+{
+    mesh m = make_marked();
+    surface s;
+    uint64_t rng = 9;
+    uint32_t f, i, k;
+    psurf_real *boxes;
+    tess t;
+    (void)state;
+    surface_build(&s, &m);
+    boxes = (psurf_real *)grab((size_t)m.face_count * 6, sizeof *boxes);
+    psurf_bounds(&s.patches, 0, m.face_count, boxes);
+    t = tessellate(&s, 13, PSURF_TESS_PER_FACE);
+    for (i = 0; i < t.span.vertex_count; i++)
+        for (k = 0; k < 3; k++) {
+            const psurf_real *box = boxes + 6 * (size_t)t.where[i].face;
+            assert_true(t.p[3 * i + k] >= box[k] && t.p[3 * i + k] <= box[3 + k]);
+        }
+    for (f = 0; f < m.face_count; f++) {
+        double reach = 0, size = 0;
+        const psurf_real *box = boxes + 6 * (size_t)f;
+        vec p, middle;
+        for (k = 0; k < 200; k++) {
+            p = eval_at(&s.patches, random_sample_of(&m, f, &rng)).p;
+            if (k == 0) middle = p;
+            reach = fmax(reach, distance(p, middle));
+            assert_true(p.x >= box[0] && p.y >= box[1] && p.z >= box[2]);
+            assert_true(p.x <= box[3] && p.y <= box[4] && p.z <= box[5]);
+        }
+        size = distance(load(box), load(box + 3));
+        REQUIRE(size < 4 * reach, "face %u: box %g, reach %g\n", (unsigned)f, size, reach);
+    }
+    tess_free(&t);
+    free(boxes);
+    surface_free(&s);
+    mesh_free(&m);
+}
+
 /* ---- all at once ----------------------------------------------------------------------------- */
 
 static void test_smooth_call(void **state)
@@ -655,6 +776,7 @@ static void test_smooth_call(void **state)
     surface s;
     uint32_t rate;
     (void)state;
+    mesh_take(&m, make_marked(), 24);
     mesh_tag(&m, m.faces[0].v[0], m.faces[0].v[1], 0.25f, 0.5f);
     surface_build(&s, &m);
     for (rate = 1; rate <= 6; rate++) {
@@ -684,6 +806,7 @@ int main(void)
         cmocka_unit_test(test_ranges),
         cmocka_unit_test(test_empty_ranges),     cmocka_unit_test(test_index16),
         cmocka_unit_test(test_no_cracks),        cmocka_unit_test(test_cracks_are_found),
-        cmocka_unit_test(test_check_accounts),   cmocka_unit_test(test_smooth_call)};
+        cmocka_unit_test(test_check_accounts),   cmocka_unit_test(test_bounds_of_pieces),
+        cmocka_unit_test(test_smooth_call)};
     return cmocka_run_group_tests_name("tessellate", tests, NULL, NULL);
 }

@@ -136,7 +136,7 @@ static void check_facets(const surface *s, const mesh *m, const psurf_kind *kind
             assert_true(facets_of(s)[i - 1].face < facet.face);
         for (k = 0; k < m->faces[facet.face].size; k++) {
             const psurf_ring *ring = &rings_of(s)[corners_of(s)[c + k].ring & ~PSURF_WRITER];
-            if (kind[facet.face] == PSURF_POLAR && (ring->valence & PSURF_POLAR_RING)) {
+            if (kind[facet.face] == PSURF_POLAR && (ring->valence & PSURF_RING_POLAR)) {
                 poles++;
                 assert_int_equal((a + 2) % 3, k);
             }
@@ -164,7 +164,7 @@ static void check_corners(const surface *s, const mesh *m, const edge_map *map)
             uint32_t other = first_corner_of(s, patch_of(s, twin->face)) + twin->corner;
             uint32_t before = m->faces[f].v[(k + size - 1) % size];
             const psurf_ring *r = &rings_of(s)[ring];
-            uint32_t valence = r->valence & ~PSURF_POLAR_RING, j = corner.spoke - r->first_spoke;
+            uint32_t valence = r->valence & PSURF_RING_VALENCE, j = corner.spoke - r->first_spoke;
             assert_true(ring < s->info.rings && edge < s->info.edges && j < valence);
             assert_int_equal(r->point, v);
             /* the facet of a spoke lies between it and the next: that is this face */
@@ -204,7 +204,7 @@ static void check_rings(const surface *s)
     uint32_t i, j, spokes = 0;
     for (i = 0; i < s->info.rings; i++) {
         const psurf_ring *r = &rings_of(s)[i];
-        uint32_t n = r->valence & ~PSURF_POLAR_RING;
+        uint32_t n = r->valence & PSURF_RING_VALENCE;
         spokes += n;
         assert_true(r->first_spoke + n <= s->info.spokes);
         assert_true(r->trig + 1 + n <= s->tables.trig.count);
@@ -322,6 +322,130 @@ static void test_known_counts(void **state)
         surface_free(&s);
         mesh_free(&m[i]);
     }
+}
+
+/* ---- boundaries, hard edges, split faces ----------------------------------------------------- */
+
+static uint32_t ring_at(const surface *s, uint32_t face, uint32_t corner)
+{
+    uint32_t facet = patch_of(s, face), at = first_corner_of(s, facet) + corner;
+    if (facets_of(s)[facet].piece & PSURF_SPLIT_FACE)
+        at = first_corner_of(s, facet + corner);
+    return corners_of(s)[at].ring & ~PSURF_WRITER;
+}
+
+/* Sharp edges of a vertex, boundaries and hard ones; how many of them are boundaries. */
+static uint32_t count_sharp(const mesh *m, const edge_map *map, uint32_t v, uint32_t *boundary)
+{
+    uint32_t i, sharp = 0;
+    *boundary = 0;
+    for (i = 0; i < map->count; i++) {
+        const half_edge *e = &map->edges[i];
+        int open = !find_edge(map, e->to, e->from);
+        if (e->from == v || (open && e->to == v)) sharp += open || mesh_is_hard(m, e->from, e->to);
+        *boundary += open && (e->from == v || e->to == v);
+    }
+    return sharp;
+}
+
+static int is_flagged(const mesh *m, uint32_t v)
+{
+    uint32_t i;
+    for (i = 0; i < m->corner_count; i++)
+        if (m->corners[i] == v) return 1;
+    return 0;
+}
+
+/* What lies beyond the last spoke of an open ring: the ring that begins with the same spoke. */
+static void check_last_spoke(const surface *s, const mesh *m, uint32_t ring)
+{
+    const psurf_ring *r = &rings_of(s)[ring];
+    const uint32_t last = r->first_spoke + (r->valence & PSURF_RING_VALENCE) - 1;
+    const psurf_spoke spoke = spokes_of(s)[last];
+    uint32_t i, first = PSURF_NONE;
+    for (i = 0; i < s->info.rings; i++)
+        if (rings_of(s)[i].point == r->point && (rings_of(s)[i].valence & PSURF_RING_OPEN)
+            && spokes_of(s)[rings_of(s)[i].first_spoke].end == spoke.end)
+            first = rings_of(s)[i].first_spoke;
+    assert_int_equal(spoke.after, mesh_is_hard(m, r->point, spoke.end) ? first : PSURF_NONE);
+    assert_int_equal(psurf_find_spoke(s->topology, r->point, spoke.end),
+                     spoke.after == PSURF_NONE ? last : spoke.after);
+}
+
+/* Faces on both sides of an edge share a ring at its end unless the edge is hard and another sharp
+   edge ends there too. What kind of ring it is depends on how many do. */
+static void test_rings_of_marks(void **state)
+{
+    mesh m = make_marked();
+    edge_map map = map_edges(&m);
+    surface s;
+    uint32_t i, k, f, counts[4] = {0};
+    (void)state;
+    surface_build(&s, &m);
+    for (i = 0; i < map.count; i++) {
+        const half_edge *a = &map.edges[i], *b = find_edge(&map, a->to, a->from);
+        uint32_t boundary, sharp = count_sharp(&m, &map, a->from, &boundary);
+        if (!b || boundary > 2) continue;               /* two fans: each counts for itself */
+        k = ring_at(&s, b->face, (b->corner + 1) % m.faces[b->face].size);
+        assert_int_equal(ring_at(&s, a->face, a->corner) == k,
+                         !(mesh_is_hard(&m, a->from, a->to) && sharp >= 2));
+        counts[0]++;
+    }
+    for (f = 0; f < m.face_count; f++)
+        for (k = 0; k < m.faces[f].size; k++) {
+            uint32_t v = m.faces[f].v[k], boundary, sharp = count_sharp(&m, &map, v, &boundary);
+            const uint32_t flags = rings_of(&s)[ring_at(&s, f, k)].valence;
+            int one = boundary == 2 && valence_of(&map, v) == 1, corner;
+            if (boundary > 2) continue;
+            corner = sharp > 2 || one || (sharp == 2 && is_flagged(&m, v));
+            assert_int_equal((flags & PSURF_RING_OPEN) != 0, sharp >= 2);
+            assert_int_equal((flags & (PSURF_RING_CORNER | PSURF_RING_WIDE)) != 0, corner);
+            counts[corner ? 3 : sharp >= 2 ? 2 : 1]++;
+        }
+    for (i = 0; i < s.info.rings; i++)
+        if (rings_of(&s)[i].valence & PSURF_RING_OPEN) check_last_spoke(&s, &m, i);
+    assert_true(counts[0] > 500 && counts[1] > 500 && counts[2] > 50 && counts[3] > 20);
+    surface_free(&s);
+    free(map.edges);
+    mesh_free(&m);
+}
+
+/* A crease that ends at another one: the side without it is wide, the two beside it know. */
+static void test_wide_ring(void **state)
+{
+    mesh m = make_grid(4, 4);
+    const uint32_t t = 12;                              /* in the middle */
+    surface s;
+    uint32_t k, i, wide = PSURF_NONE, seen = 0;
+    (void)state;
+    for (k = 0; k < 4; k++) mesh_hard(&m, 10 + k, 11 + k);
+    for (k = 0; k < 2; k++) mesh_hard(&m, 5 * k + 2, 5 * k + 7);
+    surface_build(&s, &m);
+    assert_int_equal(s.info.hard_edges, 6);
+    assert_int_equal(s.info.max_valence, 4);
+    assert_int_equal(s.info.kind_faces[PSURF_BICUBIC], 16);
+    for (i = 0; i < s.info.rings; i++)
+        if (rings_of(&s)[i].valence & PSURF_RING_WIDE) wide = i;
+    assert_true(wide != PSURF_NONE && rings_of(&s)[wide].point == t);
+    for (i = 0; i < s.info.rings; i++) {
+        const psurf_ring r = rings_of(&s)[i];
+        const uint32_t n = r.valence & PSURF_RING_VALENCE, first = rings_of(&s)[wide].first_spoke;
+        if (r.point != t || i == wide) continue;
+        seen++;
+        assert_int_equal(n, 2);
+        assert_true(r.valence & PSURF_RING_CORNER);
+        /* faces lie below the long crease: spokes go down, right, and left, down */
+        if (spokes_of(&s)[r.first_spoke].end == 7) {
+            assert_true((r.valence & PSURF_RING_WIDE_NEXT) && !(r.valence & PSURF_RING_WIDE_LAST));
+            assert_int_equal(spokes_of(&s)[r.first_spoke + 1].before, first + 2);
+        } else {
+            assert_true((r.valence & PSURF_RING_WIDE_LAST) && !(r.valence & PSURF_RING_WIDE_NEXT));
+            assert_int_equal(spokes_of(&s)[r.first_spoke + 1].before, first);
+        }
+    }
+    assert_int_equal(seen, 2);
+    surface_free(&s);
+    mesh_free(&m);
 }
 
 /* Blocks follow each other, aligned, without gaps inside; scratch sections do not overlap. */
@@ -647,7 +771,9 @@ static void test_nonfinite_spreads_no_further(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_tables),          cmocka_unit_test(test_known_counts),
+        cmocka_unit_test(test_tables),          cmocka_unit_test(test_rings_of_marks),
+        cmocka_unit_test(test_wide_ring),
+        cmocka_unit_test(test_known_counts),
         cmocka_unit_test(test_layout),          cmocka_unit_test(test_several_meshes),
         cmocka_unit_test(test_shared_vertex),   cmocka_unit_test(test_isolated_vertices),
         cmocka_unit_test(test_uniform_size),    cmocka_unit_test(test_empty),

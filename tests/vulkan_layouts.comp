@@ -7,7 +7,8 @@ layout(constant_id = 0) const uint PASS = 0u;   /* enum pass in vulkan_layouts.c
 
 const uint BICUBIC = 0u, P4 = 3u;               /* psurf_kind */
 const uint P4_POINTS = 25u;
-const uint FLAG = 0x80000000u;                  /* PSURF_WRITER, PSURF_POLAR_RING */
+const uint WRITER = 0x80000000u;                /* PSURF_WRITER */
+const uint VALENCE = 0x00FFFFFFu;               /* PSURF_RING_VALENCE */
 
 struct ring_t { uint point, first_spoke, valence, trig; };
 struct spoke_t { uint end, after, before; };
@@ -80,7 +81,7 @@ vec3 face_offset(vec3 p, uint spoke, uint next_spoke)
 void construct_vertex(uint r)
 {
     ring_t ring = rings[r];
-    uint n = ring.valence & ~FLAG;
+    uint n = ring.valence & VALENCE;
     trig_t scales = trig[ring.trig];            /* 9 / (n (n + 5)), 1 / (2 n lambda_n) */
     vec3 p = position(ring.point);
     vec3 sum = vec3(0.0), t1 = vec3(0.0), t2 = vec3(0.0);
@@ -111,9 +112,9 @@ struct corner_data { vec3 v, t0, t1, f, fr, fl; float chi, s; };
 
 corner_data load_corner(uint corner)
 {
-    uint r = corners[corner].ring & ~FLAG, spoke = corners[corner].spoke;
+    uint r = corners[corner].ring & ~WRITER, spoke = corners[corner].spoke;
     ring_t ring = rings[r];
-    uint n = ring.valence & ~FLAG, j = spoke - ring.first_spoke;
+    uint n = ring.valence & VALENCE, j = spoke - ring.first_spoke;
     uint next = ring.first_spoke + (j + 1u) % n, previous = ring.first_spoke + (j + n - 1u) % n;
     corner_data d;
     d.v = limit_point(r);
