@@ -72,7 +72,7 @@ build/bench: bench/bench.c | build $(AFTER_DEPS)
 bench: build/bench
 	@build/bench
 
-build build/demo build/test build/san:
+build build/demo build/san:
 	@mkdir -p $@
 
 # ---- tests ---------------------------------------------------------------------------------------

@@ -99,9 +99,10 @@
    say where. The library never asserts, prints, aborts, or sets errno.
      PSURF_OK             all is well
      PSURF_BAD_DESC       a canary or unknown flag is set (the struct was not zero-initialised), a
-                          pointer that must be there is NULL or misaligned, a stride is no multiple
-                          of the size of a real, one allocator function without the other, a rate
-                          or default blend ratio out of range. No location.
+                          pointer that must be there is NULL, patch or scratch memory is misaligned,
+                          a stride is no multiple of the size of a real, one allocator function
+                          without the other, a rate or default blend ratio out of range. No
+                          location.
      PSURF_BAD_INDEX      a face names a vertex >= vertex_count: face, corner, vertex
      PSURF_BAD_FACE       fewer than 3 or more than 65535 corners: face. A vertex twice: face,
                           corner, vertex
@@ -553,7 +554,8 @@ typedef struct psurf_check_result {
    1e-5 of the bounding box diagonal, beside faces with a corner angle below 0.5 degrees, and where
    a normal is zero.
    Returns PSURF_OK, or BAD_DESC as psurf_construct_pass and psurf_tessellate_size. No allocation.
-   Threads: any; sums over ranges add up, maxima combine. */
+   Threads: any; sums over ranges add up, maxima combine. Every call reads all positions once, for
+   the diagonal: few large ranges are cheaper than many small ones. */
 PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_construct_desc *desc,
                                    uint32_t rate, uint32_t first_edge, uint32_t edge_count,
                                    psurf_check_result *result);
@@ -609,6 +611,14 @@ PSURF_API int psurf_exact(void);
 #if defined(PSURF_IMPLEMENTATION) && !defined(PSURF_IMPLEMENTATION_DONE)
 #define PSURF_IMPLEMENTATION_DONE
 
+#ifndef PSURF_NO_STDLIB
+#include <stdlib.h>
+#endif
+#ifndef PSURF_SQRT
+#include <math.h>
+#define PSURF_SQRT(x) sqrt(x)      /* of a double; rounded to float it is the float square root */
+#endif
+
 /* The promise of equal bits needs every product rounded before it is added. Compilers may not fuse
    the two here, whatever flags the rest of the program is built with; the state is restored at the
    end of the file. (clang ignores this under -ffast-math and -ffp-contract=fast: psurf_exact.) */
@@ -627,14 +637,6 @@ PSURF_API int psurf_exact(void);
 #elif defined(_MSC_VER)
 #pragma float_control(precise, on, push)
 #pragma fp_contract(off)
-#endif
-
-#ifndef PSURF_NO_STDLIB
-#include <stdlib.h>
-#endif
-#ifndef PSURF_SQRT
-#include <math.h>
-#define PSURF_SQRT(x) sqrt(x)      /* of a double; rounded to float it is the float square root */
 #endif
 
 /* The GPU reads these structs as arrays of uint: no padding, fixed order. */
@@ -3074,6 +3076,12 @@ PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sam
 /* >>8 INTERROGATION ===========================================================================
    Curvature, gaps and normal jumps, bounds: reads what the chapters before made. */
 
+/* In double, where fourth powers of lengths neither overflow nor vanish. */
+static double psurf__wide_dot(psurf__v3 a, psurf__v3 b)
+{
+    return ((double)a.x * (double)b.x + (double)a.y * (double)b.y) + (double)a.z * (double)b.z;
+}
+
 PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample *samples,
                                uint32_t count, psurf_real *gauss, psurf_real *mean)
 {
@@ -3082,14 +3090,14 @@ PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample 
     for (i = 0; i < count; i++) {
         psurf__jet j;
         psurf__v3 normal = psurf__eval_sample(patches, &samples[i], 1, &j);
-        psurf_real e = psurf__dot(j.du, j.du), f = psurf__dot(j.du, j.dv),
-                   g = psurf__dot(j.dv, j.dv);
-        psurf_real l = psurf__dot(j.duu, normal), m = psurf__dot(j.duv, normal);
-        psurf_real n = psurf__dot(j.dvv, normal), area = e * g - f * f;
+        const double e = psurf__wide_dot(j.du, j.du), f = psurf__wide_dot(j.du, j.dv);
+        const double g = psurf__wide_dot(j.dv, j.dv), l = psurf__wide_dot(j.duu, normal);
+        const double m = psurf__wide_dot(j.duv, normal), n = psurf__wide_dot(j.dvv, normal);
+        const double area = e * g - f * f, zero = 0;
         const int exists = j.curved && area > 0 && psurf__dot(normal, normal) > 0;
-        const psurf_real zero = 0;
-        if (gauss) gauss[i] = exists ? (l * n - m * m) / area : zero / zero;
-        if (mean) mean[i] = exists ? (e * n - 2 * (f * m) + g * l) / (2 * area) : zero / zero;
+        if (gauss) gauss[i] = PSURF__R(exists ? (l * n - m * m) / area : zero / zero);
+        if (mean)
+            mean[i] = PSURF__R(exists ? (e * n - 2 * (f * m) + g * l) / (2 * area) : zero / zero);
     }
 }
 
@@ -3448,8 +3456,9 @@ PSURF_API int psurf_exact(void)
 #if defined(__clang__)
 #if defined(__x86_64__) || defined(__i386__)
 #pragma float_control(pop)
-#endif
+#else
 #pragma STDC FP_CONTRACT DEFAULT
+#endif
 #elif defined(__GNUC__)
 #pragma GCC pop_options
 #elif defined(_MSC_VER)
