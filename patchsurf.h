@@ -56,6 +56,8 @@
            return 0;
        }
 
+   In C++ write psurf_mesh_desc desc = {}; so for every struct that is handed in.
+
    IN AN ENGINE. The same in the stages that run at different times:
 
        psurf_topology_create(&desc, &topology, &error);         once per connectivity; allocates
@@ -74,7 +76,8 @@
      * vertex data: per ring and spoke, in scratch memory that may be reused between meshes.
      * patches: one per facet, one tight array per kind:
          bicubic  quad whose corners all have four edges: C2 with its like on regular regions
-         polar    triangle of a fan whose outer vertices have four edges: poles of any valence
+         polar    triangle of a fan whose outer vertices have four edges, and are not the middle of
+                  such a fan themselves: poles of any valence
          p3 4 5   every other triangle, quad, pentagon: sectors of degree 4 round a centre
        All meet G1, with one normal along every edge. On a regular quad mesh the surface is the
        uniform bicubic B-spline, and everywhere else close to the Catmull-Clark limit, not equal.
@@ -112,8 +115,8 @@
                           starts in the later one, vertex, other
      PSURF_NON_MANIFOLD   an edge of three faces: face and corner of the third, vertex, other
      PSURF_NOT_FINITE     desc.positions has an infinity or NaN: vertex
-     PSURF_TOO_LARGE      2^31 corners or vertices, 2^24 edges at a vertex, sizes or numbers beyond
-                          what memory, 32-bit or 16-bit indices can hold
+     PSURF_TOO_LARGE      2^31 corners or vertices, 2^24 edges at a vertex (located), sizes or
+                          numbers beyond what memory, 32-bit or 16-bit indices can hold
      PSURF_OUT_OF_MEMORY  the allocator returned NULL; nothing is leaked
      PSURF_UNSUPPORTED    see INPUT RULES: face (too many corners), face, corner, vertex, other (an
                           edge with one face), or vertex (two edges)
@@ -132,7 +135,9 @@
    restores at its end; it uses no libm function but sqrt, and one order of operations. Positions on
    a shared edge are bit-identical from both faces: every facet boundary is one cubic, evaluated by
    one function that is symmetric in its ends. Normals from two sides agree to rounding: displace
-   along welded normals.
+   along welded normals. In float that is below 0.01 degrees on usual meshes; it grows where edges
+   are ten thousand times shorter than their distance from the origin, and with valences above
+   some hundreds.
    Excluded: clang's -ffast-math and -ffp-contract=fast, which override the pragmas; x87 arithmetic
    (use -msse2 -mfpmath=sse); FTZ/DAZ modes; the payload of NaNs. psurf_exact() tells.
 
@@ -145,7 +150,8 @@
 
    COMPILE-TIME OPTIONS, the same in every file that includes the header:
      PSURF_IMPLEMENTATION  in one file: the code
-     PSURF_STATIC          everything static: several files may have copies of their own
+     PSURF_STATIC          everything static: every file that includes the header defines
+                           PSURF_IMPLEMENTATION too, and has a copy of its own
      PSURF_API             storage class and attributes of the calls (default: extern)
      PSURF_REAL            float (default) or double, for tests and reports
      PSURF_NO_STDLIB       no malloc: every descriptor needs an allocator
@@ -286,7 +292,8 @@ typedef struct psurf_mesh_desc {
    of the offence, may be NULL.
    Returns any result of the list except what only other calls return. Allocates twice through
    desc->allocator, which is copied and must outlive the object, and keeps one of the two blocks.
-   Linear in the number of face corners. Any thread; calls do not know of each other.
+   Linear in the number of face corners; a tag adds the logarithm of that. Any thread; calls do
+   not know of each other.
    Source: [PM] section 3 (rings), section 4 (kinds of facet). */
 PSURF_API psurf_result psurf_topology_create(const psurf_mesh_desc *desc, psurf_topology **topology,
                                              psurf_error *error);
@@ -359,7 +366,8 @@ PSURF_API void psurf_topology_tables(const psurf_topology *topology, psurf_table
 
 /* The spoke that leaves vertex v0 along the edge to v1: the index of its blend ratio in
    psurf_tables.blends and psurf_construct_desc.blends. PSURF_NONE if there is no such edge.
-   Logarithmic in the rings, linear in the valence. No allocation; any number of threads. */
+   Logarithmic in the rings, linear in the valence and in the further fans of non-manifold vertices.
+   No allocation; any number of threads. */
 PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0, uint32_t v1);
 
 /* ---- patches: once per frame ----------------------------------------------------------------- */
@@ -373,8 +381,8 @@ typedef enum psurf_pass {
     PSURF_PASS_COUNT
 } psurf_pass;
 
-/* One tight array of patches per kind: patch k of a block is 3 * points reals, k such from its
-   offset. Scratch holds what passes hand on. */
+/* One tight array of patches per kind, each patch of 3 * points reals. Offsets are in bytes: of the
+   patches, and of what one pass hands to the next in the scratch. */
 typedef struct psurf_kind_block { size_t offset; uint32_t count, points; } psurf_kind_block;
 typedef struct psurf_patches_layout {
     size_t patch_bytes, scratch_bytes;
@@ -397,7 +405,7 @@ typedef struct psurf_construct_desc {
     uint32_t _start_canary;
     const psurf_real *positions;        /* [vertex_count][3] */
     size_t position_stride;             /* bytes between positions; 0 = 3 reals */
-    const psurf_real *blends;           /* [spokes]; NULL = those of the topology */
+    const psurf_real *blends;           /* [spokes] 0..1, trusted; NULL = the topology's */
     uint32_t _end_canary;
 } psurf_construct_desc;
 
@@ -451,8 +459,9 @@ typedef struct psurf_sample {
 } psurf_sample;
 
 /* Where results go; NULL = skip. Element k of an array lies k * stride bytes from its start; stride
-   0 = 3 reals; all arrays share it. n has unit length, or is zero where no direction exists (all
-   control points of the patch on one line). du .. dvv are with respect to the sample's u and v. */
+   0 = 3 reals, else a multiple of the size of a real; all arrays share it. n has unit length, or is
+   zero where no direction exists (all control points of the patch on one line). du .. dvv are with
+   respect to the sample's u and v. */
 typedef struct psurf_points {
     psurf_real *p, *n, *du, *dv, *duu, *duv, *dvv;
     size_t stride;
@@ -501,7 +510,8 @@ typedef struct psurf_tess_span {
 typedef struct psurf_tess_out {
     psurf_real *p, *n;
     size_t p_stride, n_stride;
-    psurf_sample *where;              /* face, sector, u, v of each vertex, for psurf_interpolate */
+    psurf_sample *where;                /* place of each vertex, for psurf_interpolate; psurf_eval
+                                           there gives the same point to rounding, not to the bit */
     void *indices;                      /* triangles, counter-clockwise */
     uint32_t first_vertex;
     size_t first_index;
@@ -530,11 +540,12 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
 
 /* Interpolates any attribute given per face corner, texture coordinates for instance: linear on
    triangles and sectors (their centre takes the mean of the corners), bilinear on quads.
-   corner_values: [sum of face sizes][width] floats in input order. out: [count][width].
+   corner_values: [sum of face sizes][width] floats in input order. out: [count] times width floats,
+   out_stride bytes apart, a multiple of 4; 0 = width floats.
    Samples are treated as in psurf_eval. No allocation; any number of threads. */
 PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sample *samples,
                                  uint32_t count, const float *corner_values, uint32_t width,
-                                 float *out);
+                                 float *out, size_t out_stride);
 
 /* ---- interrogation --------------------------------------------------------------------------- */
 
@@ -614,9 +625,11 @@ PSURF_API int psurf_exact(void);
 #ifndef PSURF_NO_STDLIB
 #include <stdlib.h>
 #endif
-#ifndef PSURF_SQRT
+#ifdef PSURF_SQRT
+#define PSURF__SQRT(x) PSURF_SQRT(x)
+#else
 #include <math.h>
-#define PSURF_SQRT(x) sqrt(x)      /* of a double; rounded to float it is the float square root */
+#define PSURF__SQRT(x) sqrt(x)     /* of a double; rounded to float it is the float square root */
 #endif
 
 /* The promise of equal bits needs every product rounded before it is added. Compilers may not fuse
@@ -732,7 +745,7 @@ static psurf__v3 psurf__cross(psurf__v3 a, psurf__v3 b)
 
 static psurf_real psurf__sqrt(psurf_real x)
 {
-    return (psurf_real)PSURF_SQRT((double)x);
+    return (psurf_real)PSURF__SQRT((double)x);
 }
 
 static psurf_real psurf__abs(psurf_real x)
@@ -795,7 +808,7 @@ static double psurf__asin(double x)
     int k;
     for (k = 0; k < 3; k++) {
         double rest = 1 - x * x;
-        x = x / PSURF_SQRT(2 * (1 + PSURF_SQRT(rest > 0 ? rest : 0)));
+        x = x / PSURF__SQRT(2 * (1 + PSURF__SQRT(rest > 0 ? rest : 0)));
     }
     y = x * x;
     return 8 * x * (1 + y * (1.0 / 6 + y * (3.0 / 40 + y * (15.0 / 336 + y * (105.0 / 3456 +
@@ -938,11 +951,14 @@ static psurf_kind psurf__facet_kind(const psurf_topology *t, uint32_t facet)
     return (psurf_kind)k;
 }
 
-static uint32_t psurf__kind_sides(psurf_kind kind)
-{
-    static const unsigned char sides[PSURF_KIND_COUNT] = {4, 3, 3, 4, 5};
-    return sides[kind];
-}
+/* What the chapters share about kinds; how they are evaluated stands in chapter 6. */
+typedef struct psurf__kind_facts { const char *name; uint32_t sides, points; } psurf__kind_facts;
+
+static const psurf__kind_facts psurf__kind_table[PSURF_KIND_COUNT] = {
+    {"bicubic", 4, 16}, {"polar", 3, 13}, {"p3", 3, 19}, {"p4", 4, 25}, {"p5", 5, 31}
+};
+
+static uint32_t psurf__kind_sides(psurf_kind kind) { return psurf__kind_table[kind].sides; }
 
 /* The valence of a ring, and the spokes around a spoke of it. */
 static uint32_t psurf__valence(const psurf_ring *ring)
@@ -1079,7 +1095,8 @@ static psurf_result psurf__check_positions(psurf__builder *b)
     uint32_t v;
     if (!d->positions) return PSURF_OK;
     for (v = 0; v < b->vertices; v++)
-        if (!psurf__finite3(psurf__get(d->positions + v * stride)))
+        if (b->first_corner[v] != PSURF_NONE &&
+            !psurf__finite3(psurf__get(d->positions + v * stride)))
             return psurf__fail(b, PSURF_NOT_FINITE, PSURF_NONE, PSURF_NONE, v, PSURF_NONE);
     return PSURF_OK;
 }
@@ -1327,7 +1344,7 @@ static void psurf__fill_trig(const psurf__builder *b, psurf_topology *t)
             rows[1 + j].s = (psurf_real)s;
         }
         psurf__cos_sin(1, n, &c, &s);
-        lambda = (c + 5 + PSURF_SQRT((c + 9) * (c + 1))) / 16;                  /* eq. 15 */
+        lambda = (c + 5 + PSURF__SQRT((c + 9) * (c + 1))) / 16;                  /* eq. 15 */
         rows[0].c = (psurf_real)(9 / ((double)n * ((double)n + 5)));            /* eq. 13 */
         rows[0].s = (psurf_real)(1 / (2 * (double)n * lambda));                 /* eq. 15 */
     }
@@ -1454,8 +1471,8 @@ static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes,
 /* Everything that needs only the scratch: after it, all sizes are known. */
 static psurf_result psurf__connect(psurf__builder *b)
 {
-    psurf_result result = psurf__check_positions(b);
-    if (result == PSURF_OK) result = psurf__link_faces(b);
+    psurf_result result = psurf__link_faces(b);
+    if (result == PSURF_OK) result = psurf__check_positions(b);
     if (result == PSURF_OK) result = psurf__pair_half_edges(b);
     if (result == PSURF_OK) result = psurf__walk_rings(b);
     if (result != PSURF_OK) return result;
@@ -1948,12 +1965,6 @@ static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
     {"pm", psurf__pm_facet}
 };
 
-static uint32_t psurf__kind_points(psurf_kind kind)
-{
-    static const unsigned char points[PSURF_KIND_COUNT] = {16, 13, 19, 25, 31};
-    return points[kind];
-}
-
 static psurf_real *psurf__patch_points(const psurf_patches *p, psurf_kind kind, uint32_t facet)
 {
     const size_t index = facet - p->topology->kind_first[kind];
@@ -1970,7 +1981,7 @@ PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_
     for (k = 0; k < PSURF_KIND_COUNT; k++) {
         psurf_kind_block *block = &layout->kind[k];
         block->count = topology->kind_first[k + 1] - topology->kind_first[k];
-        block->points = psurf__kind_points((psurf_kind)k);
+        block->points = psurf__kind_table[k].points;
         psurf__carve(&patches, 0, 1, 256);
         block->offset = patches.used;
         psurf__carve(&patches, block->count, 3 * block->points * sizeof(psurf_real), 1);
@@ -2061,7 +2072,7 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
     patch.kind = psurf__facet_kind(t, index);
     patch.face = t->facets[index].face;
     patch.sector = t->facets[index].piece & 0xFFFFu;
-    patch.point_count = psurf__kind_points(patch.kind);
+    patch.point_count = psurf__kind_table[patch.kind].points;
     patch.points = psurf__patch_points(patches, patch.kind, index);
     return patch;
 }
@@ -2149,9 +2160,10 @@ static void psurf__bicubic_locate(uint32_t turn, uint32_t sector, const psurf_re
     psurf__find_quad_edge(spot, w, d);
 }
 
-static const psurf_real *psurf__own_net(const psurf_real *points, uint32_t sector,
+static const psurf_real *psurf__own_net(const psurf_real *points, uint32_t m, uint32_t sector,
                                         psurf_real *store)
 {
+    (void)m;
     (void)sector;
     (void)store;
     return points;
@@ -2358,7 +2370,8 @@ static void psurf__p5_locate(uint32_t turn, uint32_t sector, const psurf_real *w
 /* The 15 points of sector i, rows of constant distance from the edge: b_jkl at row l, place k. */
 static const unsigned char psurf__row[5] = {0, 5, 9, 12, 14};
 
-static void psurf__sector_net(const psurf_real *points, uint32_t m, uint32_t i, psurf_real *net)
+static const psurf_real *psurf__sector_net(const psurf_real *points, uint32_t m, uint32_t i,
+                                           psurf_real *net)
 {
     const uint32_t j = psurf__following(i, m);
     const psurf__v3 a = psurf__pm_point(points, i, PSURF__V),
@@ -2382,24 +2395,7 @@ static void psurf__sector_net(const psurf_real *points, uint32_t m, uint32_t i, 
         psurf__put(net + 3 * (psurf__row[l] + 4 - l), from_b[l - 1]);
     }
     psurf__put(net + 42, psurf__pm_point(points, m, PSURF__V));
-}
-
-static const psurf_real *psurf__p3_net(const psurf_real *points, uint32_t sector, psurf_real *store)
-{
-    psurf__sector_net(points, 3, sector, store);
-    return store;
-}
-
-static const psurf_real *psurf__p4_net(const psurf_real *points, uint32_t sector, psurf_real *store)
-{
-    psurf__sector_net(points, 4, sector, store);
-    return store;
-}
-
-static const psurf_real *psurf__p5_net(const psurf_real *points, uint32_t sector, psurf_real *store)
-{
-    psurf__sector_net(points, 5, sector, store);
-    return store;
+    return net;
 }
 
 /* Bernstein polynomials of a triangle, row by row as in psurf__row, degree n = 2, 3 or 4. */
@@ -2511,30 +2507,30 @@ static void psurf__p5_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *j
 /* ---- the table of kinds ---- */
 
 typedef struct psurf__kind_row {
-    const char *name;
     uint32_t sectors, net_points;
     void (*locate)(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
                    psurf__spot *spot);
-    const psurf_real *(*net)(const psurf_real *points, uint32_t sector, psurf_real *store);
+    const psurf_real *(*net)(const psurf_real *points, uint32_t m, uint32_t sector,
+                             psurf_real *store);
     void (*jet)(const psurf_real *net, const psurf__spot *spot, int second, psurf__jet *jet);
     void (*pull)(const psurf__spot *spot, uint32_t turn, psurf__jet *jet);
     unsigned char edge[5][4];           /* the cubic of each edge: places of v0, t0, t1, v1 */
 } psurf__kind_row;
 
 static const psurf__kind_row psurf__kinds[PSURF_KIND_COUNT] = {
-    {"bicubic", 1, 16, psurf__bicubic_locate, psurf__own_net,
+    {1, 16, psurf__bicubic_locate, psurf__own_net,
      psurf__bicubic_jet, psurf__bicubic_pull,
      {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}},
-    {"polar", 1, 13, psurf__polar_locate, psurf__own_net,
+    {1, 13, psurf__polar_locate, psurf__own_net,
      psurf__polar_jet, psurf__polar_pull,
      {{0, 1, 2, 3}, {3, 7, 11, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {"p3", 3, 15, psurf__p3_locate, psurf__p3_net,
+    {3, 15, psurf__p3_locate, psurf__sector_net,
      psurf__sector_jet, psurf__p3_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {"p4", 4, 15, psurf__p4_locate, psurf__p4_net,
+    {4, 15, psurf__p4_locate, psurf__sector_net,
      psurf__sector_jet, psurf__p4_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 0}, {0, 0, 0, 0}}},
-    {"p5", 5, 15, psurf__p5_locate, psurf__p5_net,
+    {5, 15, psurf__p5_locate, psurf__sector_net,
      psurf__sector_jet, psurf__p5_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}}}
 };
@@ -2591,13 +2587,14 @@ static psurf__v3 psurf__unit_cross(psurf__v3 du, psurf__v3 dv)
     return psurf__mul(n, 1 / psurf__sqrt(q));
 }
 
-/* Moves a spot towards the middle of its domain. */
-static void psurf__move_inside(const psurf__kind_row *row, psurf__spot *spot, psurf_real by)
+/* Moves a spot a little towards the middle of its domain. */
+static void psurf__move_inside(const psurf__kind_row *row, psurf__spot *spot)
 {
     const uint32_t count = row->sectors == 1 ? 4 : 3;
     const psurf_real middle = row->sectors == 1 ? PSURF__R(0.5) : PSURF__R(1.0 / 3.0);
     uint32_t k;
-    for (k = 0; k < count; k++) spot->w[k] = spot->w[k] + by * (middle - spot->w[k]);
+    for (k = 0; k < count; k++)
+        spot->w[k] = spot->w[k] + PSURF__R(1.0 / 1024.0) * (middle - spot->w[k]);
 }
 
 /* The unit normal. Where du and dv are parallel, as on a crease of blend ratio 0, it is the
@@ -2606,16 +2603,12 @@ static psurf__v3 psurf__normal(const psurf__view *view, const psurf_real *net,
                                const psurf__spot *spot, const psurf__jet *jet)
 {
     psurf__v3 n = psurf__unit_cross(jet->du, jet->dv);
-    psurf_real by = PSURF__R(1.0 / 1024.0);
-    psurf__spot inside;
+    psurf__spot inside = *spot;
     psurf__jet near_by;
-    for (; psurf__dot(n, n) <= 0 && by < 1; by *= 16) {
-        inside = *spot;
-        psurf__move_inside(view->row, &inside, by);
-        view->row->jet(net, &inside, 0, &near_by);
-        n = psurf__unit_cross(near_by.du, near_by.dv);
-    }
-    return n;
+    if (psurf__dot(n, n) > 0) return n;
+    psurf__move_inside(view->row, &inside);
+    view->row->jet(net, &inside, 0, &near_by);
+    return psurf__unit_cross(near_by.du, near_by.dv);
 }
 
 /* ---- samples ---- */
@@ -2672,7 +2665,7 @@ static psurf__v3 psurf__eval_sample(const psurf_patches *p, const psurf_sample *
     psurf__spot spot;
     psurf__v3 n;
     view.row->locate(view.turn, place.sector, place.w, 1, &spot);
-    net = view.row->net(view.points, spot.sector, store);
+    net = view.row->net(view.points, view.row->sectors, spot.sector, store);
     psurf__evaluate(&view, net, &spot, second, jet);
     n = psurf__normal(&view, net, &spot, jet);
     if (!second) jet->duu = jet->duv = jet->dvv = psurf__zero();
@@ -2878,7 +2871,8 @@ static void psurf__lattice_point(psurf__nets *nets, uint32_t sector, const psurf
     nets->view.row->locate(nets->view.turn, sector, w, rate, &spot);
     net = nets->net[spot.sector];
     if (!net) {
-        net = nets->view.row->net(nets->view.points, spot.sector, nets->store[spot.sector]);
+        net = nets->view.row->net(nets->view.points, nets->view.row->sectors, spot.sector,
+                                  nets->store[spot.sector]);
         nets->net[spot.sector] = net;
     }
     psurf__evaluate(&nets->view, net, &spot, 0, &jet);
@@ -3055,20 +3049,20 @@ static psurf_real psurf__corner_weight(const psurf__place *place, uint32_t c)
 
 PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sample *samples,
                                  uint32_t count, const float *corner_values, uint32_t width,
-                                 float *out)
+                                 float *out, size_t out_stride)
 {
     const psurf_topology *t = topology;
+    const size_t step = out_stride ? out_stride / sizeof(float) : width;
     uint32_t i, c, k;
     if (!t->info.faces) return;
-    for (i = 0; i < count; i++) {
+    for (i = 0; i < count; i++, out += step) {
         const psurf__place place = psurf__find_place(t, &samples[i]);
         const size_t first = psurf__face_start(t, place.face).corner;
-        for (k = 0; k < width; k++) {
-            psurf_real sum = 0;
-            for (c = 0; c < place.size; c++)
-                sum += psurf__corner_weight(&place, c) *
-                       PSURF__R(corner_values[(first + c) * width + k]);
-            out[(size_t)i * width + k] = (float)sum;
+        const float *values = corner_values + first * width;
+        for (k = 0; k < width; k++) out[k] = 0;
+        for (c = 0; c < place.size; c++, values += width) {
+            const float weight = (float)psurf__corner_weight(&place, c);
+            for (k = 0; k < width; k++) out[k] += weight * values[k];
         }
     }
 }
@@ -3215,7 +3209,7 @@ static double psurf__angle(psurf__v3 a, psurf__v3 b)
 {
     double x = (double)a.x - (double)b.x, y = (double)a.y - (double)b.y,
            z = (double)a.z - (double)b.z;
-    double half = PSURF_SQRT(x * x + y * y + z * z) / 2;
+    double half = PSURF__SQRT(x * x + y * y + z * z) / 2;
     return 2 * psurf__asin(half < 1 ? half : 1) * 57.295779513082320877;
 }
 
@@ -3305,7 +3299,8 @@ PSURF_API void psurf_bounds(const psurf_patches *patches, uint32_t first_face, u
         psurf_real *box = min_max + 6 * (size_t)(f - first_face), store[PSURF__NET_REALS], size = 0;
         for (k = 0; k < 6; k++) box[k] = view.points[k % 3];
         for (i = 0; i < view.row->sectors; i++)
-            psurf__grow(box, view.row->net(view.points, i, store), view.row->net_points);
+            psurf__grow(box, view.row->net(view.points, view.row->sectors, i, store),
+                        view.row->net_points);
         for (k = 0; k < 6; k++)
             if (psurf__abs(box[k]) > size) size = psurf__abs(box[k]);
         for (k = 0; k < 6; k++) box[k] += (k < 3 ? -eps : eps) * size;         /* for rounding */
@@ -3416,7 +3411,7 @@ PSURF_API const char *psurf_scheme_name(psurf_scheme scheme)
 
 PSURF_API const char *psurf_kind_name(psurf_kind kind)
 {
-    return (uint32_t)kind < PSURF_KIND_COUNT ? psurf__kinds[kind].name : NULL;
+    return (uint32_t)kind < PSURF_KIND_COUNT ? psurf__kind_table[kind].name : NULL;
 }
 
 PSURF_API uint32_t psurf_version(void) { return PSURF_VERSION; }
@@ -3440,8 +3435,7 @@ PSURF_API int psurf_exact(void)
     volatile psurf_real minus = -(1 + 2 * small);
     sum = square * square + minus;                      /* small^2 if fused, 0 if rounded between */
     if (sum > 0 || sum < 0) return 0;
-    sum = one + small * small / 2;                      /* beyond the last place: lost, */
-    sum = (one + small * small / 2) - one;              /* unless registers are wider (x87) */
+    sum = (one + small * small / 2) - one;              /* lost, unless registers are wider */
     if (sum > 0) return 0;
     half = tiny / 2;                                    /* subnormal: 0 under FTZ */
     sum = half * 2;                                     /* 0 under DAZ */
@@ -3450,6 +3444,7 @@ PSURF_API int psurf_exact(void)
 }
 
 #undef PSURF__R
+#undef PSURF__SQRT
 #undef PSURF__CARVE
 #undef PSURF__CARVE_TABLE
 #undef PSURF__ASSERT_SIZE

@@ -1102,7 +1102,7 @@ static void add_texture(const surface *s, uint32_t rate, triangles *t)
         float rounding = rounding_of(floats_at(&m->uvs, corner, 2), size), *uv;
         tessellate_face(s, rate, face, false, &f);
         uv = reserve(&uvs, f.where.count, 2 * sizeof *uv);
-        psurf_interpolate(s->topology, f.where.data, (uint32_t)f.where.count, m->uvs.data, 2, uv);
+        psurf_interpolate(s->topology, f.where.data, (uint32_t)f.where.count, m->uvs.data, 2, uv, 0);
         for (i = 0; i < f.indices.count; i++, index++) {
             const float *own = uv + 2 * (size_t)u32_at(&f.indices, i);
             *index = find_uv_vertex(&vertices, *index, own, rounding);

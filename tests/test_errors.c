@@ -470,7 +470,7 @@ static void test_who_allocates(void **state)
     psurf_curvature(&s.patches, &sample, 1, &gauss, &mean);
     psurf_bounds(&s.patches, 0, 1, box);
     assert_true(s.first[m.face_count] <= COUNT_OF(values));
-    psurf_interpolate(s.topology, &sample, 1, values, 1, &value);
+    psurf_interpolate(s.topology, &sample, 1, values, 1, &value, 0);
     assert_int_equal(psurf_check(&s.patches, &s.construct, 4, 0, NONE, &check), PSURF_OK);
     assert_true(psurf_find_spoke(s.topology, m.tags[0].v0, m.tags[0].v1) != NONE);
     memset(&tess, 0, sizeof tess);

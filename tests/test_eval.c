@@ -505,7 +505,7 @@ static void test_empty_mesh(void **state)
     psurf_eval(&s.patches, &sample, 1, &out);
     psurf_curvature(&s.patches, &sample, 1, p, p + 1);
     psurf_bounds(&s.patches, 0, 1, box);
-    psurf_interpolate(s.topology, &sample, 1, &value, 1, &value);
+    psurf_interpolate(s.topology, &sample, 1, &value, 1, &value, 0);
     assert_int_equal(psurf_tessellate_size(s.topology, &tess, 0, PSURF_NONE, &span), PSURF_OK);
     assert_int_equal(span.vertex_count + span.index_count, 0);
     surface_free(&s);
@@ -740,7 +740,7 @@ static void test_interpolate(void **state)
         uint32_t size = m.faces[sample.face].size, n = sample.sector;
         double u = (double)sample.u, v = (double)sample.v;
         const float *corner = values + (size_t)s.first[sample.face] * WIDTH;
-        psurf_interpolate(s.topology, &sample, 1, values, WIDTH, got);
+        psurf_interpolate(s.topology, &sample, 1, values, WIDTH, got, 0);
         for (k = 0; k < WIDTH; k++) {
             double want, x[5], centre = 0;
             for (c = 0; c < size; c++) centre += (x[c] = (double)corner[c * WIDTH + k]) / size;
@@ -755,7 +755,7 @@ static void test_interpolate(void **state)
     for (i = 0; i < m.face_count; i++)          /* exact at corners, for every width at once */
         for (c = 0; c < m.faces[i].size; c++) {
             psurf_sample sample = edge_sample(i, m.faces[i].size, c, 0);
-            psurf_interpolate(s.topology, &sample, 1, values, WIDTH, got);
+            psurf_interpolate(s.topology, &sample, 1, values, WIDTH, got, 0);
             assert_memory_equal(got, values + (size_t)(s.first[i] + c) * WIDTH, sizeof got);
         }
     free(values);
