@@ -80,8 +80,8 @@ build build/demo build/san:
 # Every tests/test_X.c is a cmocka program, built for float and for double, plain and with
 # sanitizers. Every tests/*.py judges the tool or the sources. One step each.
 
-# Meshes kept beside the checkout are tried too where they are there.
-MESHES_TOO ?= $(wildcard ../shared/meshes/spot_control.obj)
+# More meshes to try: make test MESHES_TOO='a.obj b.obj'.
+MESHES_TOO ?=
 
 PROGRAMS := $(patsubst tests/%.c,%,$(sort $(wildcard tests/test_*.c)))
 PROGRAM_STEPS := $(foreach t,$(PROGRAMS),$(t) $(t)_double $(t).sanitized $(t)_double.sanitized)

@@ -1300,13 +1300,13 @@ static int run_sample(mesh *m, const options *o)
 
 static psurf_check_result check_all_edges(const surface *s, uint32_t rate)
 {
-    enum { EDGES_AT_ONCE = 1024 };
+    const uint32_t at_once = 1024 + s->info.edges / 64;     // every call reads all positions
     psurf_check_result sum, part;
     uint32_t edge;
     memset(&sum, 0, sizeof sum);
     sum.worst_face = sum.worst_edge = PSURF_NONE;
-    for (edge = 0; edge < s->info.edges; edge += EDGES_AT_ONCE) {
-        must(s, psurf_check(&s->patches, &s->construct, rate, edge, EDGES_AT_ONCE, &part));
+    for (edge = 0; edge < s->info.edges; edge += at_once) {
+        must(s, psurf_check(&s->patches, &s->construct, rate, edge, at_once, &part));
         sum.samples += part.samples;
         sum.cracks += part.cracks;
         sum.nonfinite += part.nonfinite;
@@ -1318,7 +1318,7 @@ static psurf_check_result check_all_edges(const surface *s, uint32_t rate)
             sum.worst_edge = part.worst_edge;
         }
         progress(edge, s->info.edges);
-        if (s->info.edges - edge <= EDGES_AT_ONCE) break;
+        if (s->info.edges - edge <= at_once) break;
     }
     return sum;
 }

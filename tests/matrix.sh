@@ -13,8 +13,8 @@ cd "$(dirname "$0")/.." || exit 1
 
 results=build/matrix
 meshes=(examples/meshes/*.obj)
-more=../shared/meshes/spot_control.obj          # kept beside the checkout, or not
-if [ -e "$more" ]; then meshes+=("$more"); fi
+# shellcheck disable=SC2206
+meshes+=(${MESHES_TOO:-})                       # more to try: make matrix MESHES_TOO='a.obj b.obj'
 export ASAN_OPTIONS=exitcode=99 UBSAN_OPTIONS=exitcode=99:print_stacktrace=1 MSAN_OPTIONS=exitcode=99
 
 # ---- the steps -----------------------------------------------------------------------------------
