@@ -1891,13 +1891,33 @@ static psurf__v3 psurf__pm_b112_even(psurf__v3 centre, const psurf_real *points,
                                          PSURF__R(1.0 / 16.0), psurf__sub(beyond, opposite)));
 }
 
+/* Takes an origin near by off all that a facet reads at a corner. */
+static void psurf__move_corner(psurf__corner_data *c, psurf__v3 origin)
+{
+    c->v = psurf__sub(c->v, origin);
+    c->t0 = psurf__sub(c->t0, origin);
+    c->t1 = psurf__sub(c->t1, origin);
+    c->f = psurf__sub(c->f, origin);
+    c->fr = psurf__sub(c->fr, origin);
+    c->fl = psurf__sub(c->fl, origin);
+}
+
 /* P3, P4, P5: m sectors of degree 4 round a centre. The patch itself may be write-only memory:
    what is read back comes from a copy on the stack. */
-static void psurf__pm_sectors(const psurf__corner_data *c, uint32_t m, psurf_real *out)
+static void psurf__pm_sectors(psurf__corner_data *c, uint32_t m, psurf_real *out)
 {
     psurf_real points[3 * (PSURF__SECTOR * 5 + 1)];
-    psurf__v3 centre = psurf__pm_centre(c, m), line[3], b202[5];
+    const psurf__v3 origin = c[0].v;
+    psurf__v3 centre, line[3], b202[5];
     uint32_t i, k;
+    for (i = 0; i < m; i++) {
+        psurf_real *sector = out + 3 * PSURF__SECTOR * i;
+        psurf__put(sector + 3 * PSURF__V, c[i].v);
+        psurf__put(sector + 3 * PSURF__T0, c[i].t0);
+        psurf__put(sector + 3 * PSURF__T1, c[psurf__following(i, m)].t1);
+    }
+    for (i = 0; i < m; i++) psurf__move_corner(&c[i], origin);
+    centre = psurf__pm_centre(c, m);
     for (i = 0; i < m; i++) {
         const psurf__corner_data *a = &c[i], *b = &c[psurf__following(i, m)];
         psurf_real *sector = points + 3 * PSURF__SECTOR * i;
@@ -1917,8 +1937,11 @@ static void psurf__pm_sectors(const psurf__corner_data *c, uint32_t m, psurf_rea
         psurf__put(points + 3 * (PSURF__SECTOR * i + PSURF__B112),
                    m == 4 ? psurf__pm_b112_even(centre, points, i)
                           : psurf__pm_b112_odd(centre, b202, m, i));
-    psurf__put(points + 3 * PSURF__SECTOR * m, centre);
-    for (k = 0; k < 3 * (PSURF__SECTOR * m + 1); k++) out[k] = points[k];
+    for (i = 0; i < m; i++)
+        for (k = PSURF__B211; k < PSURF__SECTOR; k++)
+            psurf__put(out + 3 * (PSURF__SECTOR * i + k),
+                       psurf__add(origin, psurf__pm_point(points, i, k)));
+    psurf__put(out + 3 * PSURF__SECTOR * m, psurf__add(origin, centre));
 }
 
 /* 3/2 of the blend ratio at the pole on the spoke of a polar facet's corner. */
@@ -1946,7 +1969,8 @@ static void psurf__pm_facet(const psurf_patches *p, const psurf__control *contro
                    first = psurf__facet_corner(p->topology, kind, facet);
     psurf__corner_data c[5];
     uint32_t i;
-    for (i = 0; i < m; i++) psurf__read_corner(p, first + i, &c[i]);
+    psurf__read_corner(p, first, &c[0]);
+    for (i = 1; i < m; i++) psurf__read_corner(p, first + i, &c[i]);
     if (kind == PSURF_BICUBIC) psurf__pm_bicubic(c, out);
     else if (kind == PSURF_POLAR)
         psurf__pm_polar_facet(p, control, c, p->topology->facets[facet].piece >> 16, first, out);
@@ -2087,6 +2111,8 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
    exact, and every weight is divided once, at the end: so both sides of an edge get the same r, s.
    Triangles: w = weights of the three corners. Quads: 1-u, u, 1-v, v. Sectors: weights of corner i,
    corner i+1, centre. */
+
+enum { PSURF__NET_REALS = 48, PSURF__MAX_SECTORS = 5 };         /* reals of the largest net */
 
 typedef struct psurf__spot {
     uint32_t sector;                    /* of a Pm-patch */
@@ -2367,34 +2393,40 @@ static void psurf__p5_locate(uint32_t turn, uint32_t sector, const psurf_real *w
     if (w[2] <= 0) psurf__set_edge(spot, sector, w[0], w[1], d);
 }
 
-/* The 15 points of sector i, rows of constant distance from the edge: b_jkl at row l, place k. */
+/* The 15 points of sector i, rows of constant distance from the edge: b_jkl at row l, place k. All
+   are relative to the centre of the patch, which follows them: so differences keep all digits. */
 static const unsigned char psurf__row[5] = {0, 5, 9, 12, 14};
 
 static const psurf_real *psurf__sector_net(const psurf_real *points, uint32_t m, uint32_t i,
                                            psurf_real *net)
 {
-    const uint32_t j = psurf__following(i, m);
-    const psurf__v3 a = psurf__pm_point(points, i, PSURF__V),
-                    b = psurf__pm_point(points, j, PSURF__V);
-    const psurf__v3 t0 = psurf__pm_point(points, i, PSURF__T0);
-    const psurf__v3 t1 = psurf__pm_point(points, i, PSURF__T1);
-    psurf__v3 from_a[3], from_b[3];
-    uint32_t l;
-    psurf__pm_inner_line(points, m, i, 3, from_a);
-    psurf__pm_inner_line(points, m, j, 3, from_b);
+    const uint32_t j = psurf__following(i, m), count = PSURF__SECTOR * m;
+    const psurf__v3 centre = psurf__pm_point(points, m, PSURF__V);
+    psurf_real local[3 * PSURF__SECTOR * PSURF__MAX_SECTORS];
+    psurf__v3 from_a[3], from_b[3], a, b, t0, t1;
+    uint32_t l, k;
+    for (k = 0; k < count; k++)
+        psurf__put(local + 3 * k, psurf__sub(psurf__get(points + 3 * k), centre));
+    a = psurf__pm_point(local, i, PSURF__V);
+    b = psurf__pm_point(local, j, PSURF__V);
+    t0 = psurf__pm_point(local, i, PSURF__T0);
+    t1 = psurf__pm_point(local, i, PSURF__T1);
+    psurf__pm_inner_line(local, m, i, 3, from_a);
+    psurf__pm_inner_line(local, m, j, 3, from_b);
     psurf__put(net + 0, a);                                                     /* eq. 2 */
     psurf__put(net + 3, psurf__mix(PSURF__R(0.25), a, PSURF__R(0.75), t0));
     psurf__put(net + 6, psurf__mul(psurf__add(t0, t1), PSURF__R(0.5)));
     psurf__put(net + 9, psurf__mix(PSURF__R(0.25), b, PSURF__R(0.75), t1));
     psurf__put(net + 12, b);
-    psurf__put(net + 18, psurf__pm_point(points, i, PSURF__B211));
-    psurf__put(net + 21, psurf__pm_point(points, i, PSURF__B121));
-    psurf__put(net + 30, psurf__pm_point(points, i, PSURF__B112));
+    psurf__put(net + 18, psurf__pm_point(local, i, PSURF__B211));
+    psurf__put(net + 21, psurf__pm_point(local, i, PSURF__B121));
+    psurf__put(net + 30, psurf__pm_point(local, i, PSURF__B112));
     for (l = 1; l < 4; l++) {
         psurf__put(net + 3 * psurf__row[l], from_a[l - 1]);
         psurf__put(net + 3 * (psurf__row[l] + 4 - l), from_b[l - 1]);
     }
-    psurf__put(net + 42, psurf__pm_point(points, m, PSURF__V));
+    psurf__put(net + 42, psurf__zero());
+    psurf__put(net + 45, centre);
     return net;
 }
 
@@ -2455,6 +2487,7 @@ static void psurf__sector_jet(const psurf_real *net, const psurf__spot *spot, in
     psurf__triangle_basis(spot->w, 3, b3);
     jet->p = jet->du = jet->dv = psurf__zero();
     for (k = 0; k < 15; k++) jet->p = psurf__mad(jet->p, b4[k], psurf__get(net + 3 * k));
+    jet->p = psurf__add(jet->p, psurf__get(net + 45));
     for (l = 0; l < 4; l++)
         for (k = 0; k + l < 4; k++, at++) {
             jet->du = psurf__mad(jet->du, 4 * b3[at], psurf__net_step(net, k, l, 0));
@@ -2534,8 +2567,6 @@ static const psurf__kind_row psurf__kinds[PSURF_KIND_COUNT] = {
      psurf__sector_jet, psurf__p5_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}}}
 };
-
-enum { PSURF__NET_REALS = 48, PSURF__MAX_SECTORS = 5 };         /* reals of the largest net */
 
 /* A facet ready to be evaluated. */
 typedef struct psurf__view {
@@ -3276,12 +3307,14 @@ PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_con
     return PSURF_OK;
 }
 
-static void psurf__grow(psurf_real *box, const psurf_real *points, uint32_t count)
+/* Grows a box by the points of a net; sectors have the origin of theirs behind them. */
+static void psurf__grow(psurf_real *box, const psurf__kind_row *row, const psurf_real *net)
 {
+    const psurf_real *origin = row->sectors > 1 ? net + 3 * row->net_points : NULL;
     uint32_t i, k;
-    for (i = 0; i < count; i++)
+    for (i = 0; i < row->net_points; i++)
         for (k = 0; k < 3; k++) {
-            const psurf_real x = points[3 * i + k];
+            const psurf_real x = origin ? net[3 * i + k] + origin[k] : net[3 * i + k];
             if (x < box[k]) box[k] = x;
             if (x > box[k + 3]) box[k + 3] = x;
         }
@@ -3299,8 +3332,8 @@ PSURF_API void psurf_bounds(const psurf_patches *patches, uint32_t first_face, u
         psurf_real *box = min_max + 6 * (size_t)(f - first_face), store[PSURF__NET_REALS], size = 0;
         for (k = 0; k < 6; k++) box[k] = view.points[k % 3];
         for (i = 0; i < view.row->sectors; i++)
-            psurf__grow(box, view.row->net(view.points, view.row->sectors, i, store),
-                        view.row->net_points);
+            psurf__grow(box, view.row,
+                        view.row->net(view.points, view.row->sectors, i, store));
         for (k = 0; k < 6; k++)
             if (psurf__abs(box[k]) > size) size = psurf__abs(box[k]);
         for (k = 0; k < 6; k++) box[k] += (k < 3 ? -eps : eps) * size;         /* for rounding */
