@@ -29,7 +29,7 @@ TEST_FLAGS := -Wall -Wextra
 SANITIZE := -g -fsanitize=address,undefined -fno-sanitize-recover=all -Wno-maybe-uninitialized
 # A status of its own, so that no test takes a sanitizer's report for the tool's verdict.
 SANITIZED_EXIT := ASAN_OPTIONS=exitcode=99 UBSAN_OPTIONS=exitcode=99
-# $(call COMPILE,FLAGS,LIBRARIES): the program of a target from its first prerequisite. V=1 shows how.
+# $(call COMPILE,FLAGS,LIBRARIES): a program from its first prerequisite. V=1 shows the command.
 COMPILE = $(if $(V),,@echo '  $(CC) $@' &&) $(CC) -std=c99 -I. -MMD -MP $(1) $< -o $@ $(2) -lm
 
 # `make deps test` installs before it compiles, with -j as well.

@@ -7,7 +7,7 @@
    -DPSURF_REAL=double works too, and fuzz/standalone.c replays inputs without libFuzzer. The corpus
    is kept to one input per edge of the code reached, from a folder of many:
 
-       ./fuzz_topology -set_cover_merge=1 -use_counters=0 fuzz/corpus/topology many                */
+       ./fuzz_topology -set_cover_merge=1 -use_counters=0 fuzz/corpus/topology many */
 
 #define PSURF_IMPLEMENTATION
 #include "patchsurf.h"

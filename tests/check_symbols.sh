@@ -21,7 +21,8 @@ object() {
         echo '#include "patchsurf.h"'
     } >"$scratch/$name.c"
     # Not as PIE: there, constant tables of pointers count as data until they are relocated.
-    $compiler -O1 -I. -fno-pic -fno-stack-protector -c "$scratch/$name.c" -o "$scratch/$name.o" || exit 1
+    $compiler -O1 -I. -fno-pic -fno-stack-protector -c "$scratch/$name.c" \
+        -o "$scratch/$name.o" || exit 1
 }
 undefined() { nm -u "$scratch/$1.o" | awk '$NF != "_GLOBAL_OFFSET_TABLE_" { print $NF }'; }
 defined() { nm --defined-only "$scratch/$1.o"; }

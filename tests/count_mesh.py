@@ -95,7 +95,8 @@ class Rings:
         return 4 if len(fan) == 1 else 2 * len(fan)
 
     def valence(self, vertex):
-        return len({end for face in self.at_vertex[vertex] for end in self.neighbours(vertex, face)})
+        return len({end for face in self.at_vertex[vertex]
+                    for end in self.neighbours(vertex, face)})
 
     def pole_candidate(self, vertex, face):
         fan = self.fan(vertex, face)

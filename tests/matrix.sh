@@ -15,7 +15,9 @@ results=build/matrix
 meshes=(examples/meshes/*.obj)
 # shellcheck disable=SC2206
 meshes+=(${MESHES_TOO:-})                       # more to try: make matrix MESHES_TOO='a.obj b.obj'
-export ASAN_OPTIONS=exitcode=99 UBSAN_OPTIONS=exitcode=99:print_stacktrace=1 MSAN_OPTIONS=exitcode=99
+# A status of its own, so that no test takes a sanitizer's report for the tool's verdict.
+export ASAN_OPTIONS=exitcode=99 MSAN_OPTIONS=exitcode=99
+export UBSAN_OPTIONS=exitcode=99:print_stacktrace=1
 
 # ---- the steps -----------------------------------------------------------------------------------
 
@@ -36,7 +38,10 @@ steps() {
         echo "clang_sanitized.$test suite clang_sanitized $test"
         echo "clang_memory.$test suite clang_memory $test"
         if is_x86; then echo "m32_sanitized.$test suite m32_sanitized $test"; fi
-        case $test in test_smooth | test_tessellate) ;; *) echo "s390x.$test suite s390x $test" ;; esac
+        case $test in
+        test_smooth | test_tessellate) ;;
+        *) echo "s390x.$test suite s390x $test" ;;
+        esac
     done
     if [ -e tests/test_tool.py ]; then echo clang_memory.test_tool tool_suite; fi
 
@@ -199,7 +204,9 @@ suite() {               # CONFIGURATION TEST
     local real cc emulator=()
     case $1 in
     clang_sanitized) cc=(clang -O1 -g "-fsanitize=address,undefined" -fno-sanitize-recover=all) ;;
-    clang_memory) cc=(clang -O1 -g -fsanitize=memory -fsanitize-memory-track-origins -Itests/shim) ;;
+    clang_memory)
+        cc=(clang -O1 -g -fsanitize=memory -fsanitize-memory-track-origins -Itests/shim)
+        ;;
     m32_sanitized)      # shellcheck disable=SC2207
         cc=(gcc -O1 -g "-fsanitize=address,undefined" -fno-sanitize-recover=all -Itests/shim $(m32))
         ;;
