@@ -469,8 +469,9 @@ typedef struct psurf_points {
 
 /* Evaluates count samples.
    Faces and sectors out of range are clamped to the last one, parameters to the domain, NaN to 0:
-   any bytes are safe. At a pole du and dv are those of the line from the middle of the base, and
-   second derivatives do not exist: they are written as 0.
+   any bytes are safe. Of a mesh without faces nothing is written. At a pole du and dv are those of
+   the line from the middle of the base, and second derivatives do not exist: they are written as 0;
+   towards it they grow without bound.
    On facet boundaries p comes from the one cubic that both facets share: bit-identical from both
    sides where the edge parameters are exactly s and 1-s.
    No allocation; any number of threads; no pointer but those inside out may be NULL.
