@@ -29,7 +29,7 @@ TEST_FLAGS := -Wall -Wextra
 SANITIZE := -g -fsanitize=address,undefined -fno-sanitize-recover=all -Wno-maybe-uninitialized
 # A status of its own, so that no test takes a sanitizer's report for the tool's verdict.
 SANITIZED_EXIT := ASAN_OPTIONS=exitcode=99 UBSAN_OPTIONS=exitcode=99
-# $(call COMPILE,FLAGS,LIBRARIES): the program of a target from its first prerequisite. V=1 shows how.
+# $(call COMPILE,FLAGS,LIBRARIES): a program from its first prerequisite. V=1 shows the command.
 COMPILE = $(if $(V),,@echo '  $(CC) $@' &&) $(CC) -std=c99 -I. -MMD -MP $(1) $< -o $@ $(2) -lm
 
 # `make deps test` installs before it compiles, with -j as well.
@@ -72,7 +72,7 @@ build/bench: bench/bench.c | build $(AFTER_DEPS)
 bench: build/bench
 	@build/bench
 
-build build/demo build/test build/san:
+build build/demo build/san:
 	@mkdir -p $@
 
 # ---- tests ---------------------------------------------------------------------------------------
@@ -80,8 +80,8 @@ build build/demo build/test build/san:
 # Every tests/test_X.c is a cmocka program, built for float and for double, plain and with
 # sanitizers. Every tests/*.py judges the tool or the sources. One step each.
 
-# Meshes kept beside the checkout are tried too where they are there.
-MESHES_TOO ?= $(wildcard ../shared/meshes/spot_control.obj)
+# More meshes to try: make test MESHES_TOO='a.obj b.obj'.
+MESHES_TOO ?=
 
 PROGRAMS := $(patsubst tests/%.c,%,$(sort $(wildcard tests/test_*.c)))
 PROGRAM_STEPS := $(foreach t,$(PROGRAMS),$(t) $(t)_double $(t).sanitized $(t)_double.sanitized)

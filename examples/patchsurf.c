@@ -1810,7 +1810,7 @@ static int run_sample(mesh *m, const options *o)
 
 /* ---- check ----------------------------------------------------------------------------------- */
 
-enum { EDGES_AT_ONCE = 1024, LISTED = 20 };
+enum { LISTED = 20 };
 
 /* Edges whose normals are degenerate, found by halving the range; at most LISTED and one more. */
 static void find_degenerate(const surface *s, uint32_t rate, uint32_t first, uint32_t count,
@@ -1830,12 +1830,13 @@ static void find_degenerate(const surface *s, uint32_t rate, uint32_t first, uin
 
 static psurf_check_result check_all_edges(const surface *s, uint32_t rate, array *degenerate)
 {
+    const uint32_t at_once = 1024 + s->info.edges / 64;     // every call reads all positions
     psurf_check_result sum, part;
     uint32_t edge;
     memset(&sum, 0, sizeof sum);
     sum.worst_face = sum.worst_edge = PSURF_NONE;
-    for (edge = 0; edge < s->info.edges; edge += EDGES_AT_ONCE) {
-        must(s, psurf_check(&s->patches, &s->construct, rate, edge, EDGES_AT_ONCE, &part));
+    for (edge = 0; edge < s->info.edges; edge += at_once) {
+        must(s, psurf_check(&s->patches, &s->construct, rate, edge, at_once, &part));
         sum.samples += part.samples;
         sum.cracks += part.cracks;
         sum.nonfinite += part.nonfinite;
@@ -1846,9 +1847,9 @@ static psurf_check_result check_all_edges(const surface *s, uint32_t rate, array
             sum.worst_face = part.worst_face;
             sum.worst_edge = part.worst_edge;
         }
-        if (part.degenerate) find_degenerate(s, rate, edge, EDGES_AT_ONCE, degenerate);
+        if (part.degenerate) find_degenerate(s, rate, edge, at_once, degenerate);
         progress(edge, s->info.edges);
-        if (s->info.edges - edge <= EDGES_AT_ONCE) break;
+        if (s->info.edges - edge <= at_once) break;
     }
     return sum;
 }

@@ -4,7 +4,10 @@
        clang -g -O1 -I. -fsanitize=fuzzer,address,undefined fuzz/fuzz_topology.c -o fuzz_topology
        ./fuzz_topology fuzz/corpus/topology
 
-   fuzz/standalone.c replays a corpus without libFuzzer. -DPSURF_REAL=double works too. */
+   -DPSURF_REAL=double works too, and fuzz/standalone.c replays inputs without libFuzzer. The corpus
+   is kept to one input per edge of the code reached, from a folder of many:
+
+       ./fuzz_topology -set_cover_merge=1 -use_counters=0 fuzz/corpus/topology many */
 
 #define PSURF_IMPLEMENTATION
 #include "patchsurf.h"

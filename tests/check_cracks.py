@@ -58,7 +58,7 @@ def block_lines(size, rate):
 
 
 def edge_lines(size, edge, rate):
-    """(line in the face's block, sector, i, j) of samples 0..rate from corner `edge` to the next."""
+    """(line in the block, sector, i, j) of samples 0..rate from corner `edge` to the next."""
     steps = range(rate + 1)
     if size == 4:
         points = [[(t, 0) for t in steps], [(rate, t) for t in steps],
@@ -136,7 +136,7 @@ class Samples:
 
 
 def shared_sides(faces):
-    """Pairs ((face, edge), (face, edge)) of the two sides of an edge, which run against each other."""
+    """Pairs ((face, edge), (face, edge)): two sides of an edge, which run against each other."""
     sides = {}
     for number, face in enumerate(faces):
         for edge, start in enumerate(face):

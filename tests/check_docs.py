@@ -142,7 +142,8 @@ def check_version(header, changelog):
 
 
 def check_targets(path, text, targets):
-    for words in re.findall(r"\bmake((?: [a-z]+)+)", "\n".join(re.findall(r"`[^`]+`|^    .*$", text, re.M))):
+    code = "\n".join(re.findall(r"`[^`]+`|^    .*$", text, re.M))
+    for words in re.findall(r"\bmake((?: [a-z]+)+)", code):
         for word in words.split():
             if word not in targets:
                 problem(path, "make has no target %s" % word)

@@ -59,13 +59,18 @@ missing_matrix() {
         # shellcheck disable=SC2046
         builds "$program" m gcc $(multilib_flags) || echo "gcc-$(gcc_major)-multilib"
     fi
-    builds "$program" m aarch64-linux-gnu-gcc -static || echo gcc-aarch64-linux-gnu libc6-dev-arm64-cross
-    builds "$program" m s390x-linux-gnu-gcc -static || echo gcc-s390x-linux-gnu libc6-dev-s390x-cross
+    builds "$program" m aarch64-linux-gnu-gcc -static ||
+        echo gcc-aarch64-linux-gnu libc6-dev-arm64-cross
+    builds "$program" m s390x-linux-gnu-gcc -static ||
+        echo gcc-s390x-linux-gnu libc6-dev-s390x-cross
     { runs qemu-aarch64-static && runs qemu-s390x-static; } || echo qemu-user-static
+    echo '#include <opensubdiv/far/topologyDescriptor.h>' | g++ -E -x c++ - >/dev/null 2>&1 ||
+        echo libosd-dev
     builds "$vulkan" vulkan gcc || echo libvulkan-dev
     runs glslangValidator || echo glslang-tools
     ls /usr/share/vulkan/icd.d/lvp_icd.*json >/dev/null 2>&1 || echo mesa-vulkan-drivers
-    ls /usr/share/vulkan/explicit_layer.d/*validation* >/dev/null 2>&1 || echo vulkan-validationlayers
+    ls /usr/share/vulkan/explicit_layer.d/*validation* >/dev/null 2>&1 ||
+        echo vulkan-validationlayers
 }
 
 gcc_major() {

@@ -13,9 +13,11 @@ cd "$(dirname "$0")/.." || exit 1
 
 results=build/matrix
 meshes=(examples/meshes/*.obj)
-more=../shared/meshes/spot_control.obj          # kept beside the checkout, or not
-if [ -e "$more" ]; then meshes+=("$more"); fi
-export ASAN_OPTIONS=exitcode=99 UBSAN_OPTIONS=exitcode=99:print_stacktrace=1 MSAN_OPTIONS=exitcode=99
+# shellcheck disable=SC2206
+meshes+=(${MESHES_TOO:-})                       # more to try: make matrix MESHES_TOO='a.obj b.obj'
+# A status of its own, so that no test takes a sanitizer's report for the tool's verdict.
+export ASAN_OPTIONS=exitcode=99 MSAN_OPTIONS=exitcode=99
+export UBSAN_OPTIONS=exitcode=99:print_stacktrace=1
 
 # ---- the steps -----------------------------------------------------------------------------------
 
@@ -36,7 +38,10 @@ steps() {
         echo "clang_sanitized.$test suite clang_sanitized $test"
         echo "clang_memory.$test suite clang_memory $test"
         if is_x86; then echo "m32_sanitized.$test suite m32_sanitized $test"; fi
-        case $test in test_smooth | test_tessellate) ;; *) echo "s390x.$test suite s390x $test" ;; esac
+        case $test in
+        test_smooth | test_tessellate) ;;
+        *) echo "s390x.$test suite s390x $test" ;;
+        esac
     done
     if [ -e tests/test_tool.py ]; then echo clang_memory.test_tool tool_suite; fi
 
@@ -62,6 +67,9 @@ steps() {
     echo hash_s390x hash qemu-s390x-static s390x-linux-gnu-gcc -O3 -static
     echo fuzz_corpus fuzz_corpus
     if [ -e tests/vulkan_layouts.c ]; then echo vulkan_layouts vulkan_layouts; fi
+    echo osd_limit osd_limit float
+    echo osd_limit_double osd_limit double
+    echo gltf_valid gltf_valid
 }
 
 # ---- compilers -----------------------------------------------------------------------------------
@@ -199,7 +207,9 @@ suite() {               # CONFIGURATION TEST
     local real cc emulator=()
     case $1 in
     clang_sanitized) cc=(clang -O1 -g "-fsanitize=address,undefined" -fno-sanitize-recover=all) ;;
-    clang_memory) cc=(clang -O1 -g -fsanitize=memory -fsanitize-memory-track-origins -Itests/shim) ;;
+    clang_memory)
+        cc=(clang -O1 -g -fsanitize=memory -fsanitize-memory-track-origins -Itests/shim)
+        ;;
     m32_sanitized)      # shellcheck disable=SC2207
         cc=(gcc -O1 -g "-fsanitize=address,undefined" -fno-sanitize-recover=all -Itests/shim $(m32))
         ;;
@@ -242,6 +252,19 @@ vulkan_layouts() {
     glslangValidator -V --target-env vulkan1.1 tests/vulkan_layouts.comp -o "$work/layouts.spv" &&
         gcc -std=c99 -O2 -I. tests/vulkan_layouts.c -o "$work/vulkan_layouts" -lvulkan -lm &&
         "$work/vulkan_layouts" "$work/layouts.spv"
+}
+
+# Against OpenSubdiv's limit surface, in either precision.
+osd_limit() {
+    g++ -std=c++14 -O2 -Wall -DPSURF_REAL="$1" -I. tests/osd_limit.cc -o "$work/osd_limit" \
+        -lcmocka -losdCPU && "$work/osd_limit" "${meshes[@]}"
+}
+
+# The Khronos glTF validator on every sample mesh; skipped where there is no node or no package.
+gltf_valid() {
+    command -v node >/dev/null && command -v npm >/dev/null || { echo 'no node or npm'; return 77; }
+    gcc -std=c99 -O2 -I. examples/patchsurf.c -o "$work/patchsurf" -lm &&
+        node tests/gltf_validate.mjs "$work/patchsurf" "${meshes[@]}"
 }
 
 # ---- running -------------------------------------------------------------------------------------

@@ -1,11 +1,12 @@
 #!/bin/sh
 # Runs one step of `make test` or `make matrix`, and sums steps up.
 #
-#   tests/step.sh DIR NAME COMMAND...   runs COMMAND, prints one line with its result and time, leaves
-#                                       DIR/NAME.log and the result in DIR/NAME.result; shows the log
-#                                       of a step that failed. Exit status 77 means skipped.
-#   tests/step.sh DIR                   prints `N passed, N failed` for all steps named in DIR/steps;
-#                                       a step without a result has failed. Exit status 1 if any has.
+#   tests/step.sh DIR NAME COMMAND...
+#       runs COMMAND, prints one line with its result and time, leaves DIR/NAME.log and the result in
+#       DIR/NAME.result; shows the log of a step that failed. Exit status 77 means skipped.
+#   tests/step.sh DIR
+#       prints `N passed, N failed` for all steps named in DIR/steps; a step without a result has
+#       failed. Exit status 1 if any has.
 set -u
 
 limit=${STEP_LIMIT:-600}        # seconds; no step may hang the rest
