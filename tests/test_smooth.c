@@ -319,12 +319,13 @@ static void test_hard_edges(void **state)
 /* Two chains of hard edges round a face: it is alone on its side at every vertex. */
 static void test_lone_faces(void **state)
 {
-    mesh m = make_torus(8, 8);
+    mesh m;
     marked r;
     uint64_t rng = 22;
     uint32_t f, k;
     (void)state;
     if (!IS_DOUBLE) skip();
+    m = make_torus(8, 8);
     memset(&r, 0, sizeof r);
     for (f = 9; f < 64; f += 18)
         for (k = 0; k < 4; k++) mesh_hard(&m, m.faces[f].v[k], m.faces[f].v[(k + 1) % 4]);
