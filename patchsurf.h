@@ -1532,14 +1532,28 @@ static uint32_t psurf__make_ring(psurf__builder *b, uint32_t start, uint32_t fla
     return c;
 }
 
-/* Nominal angle of the corners from start to the next sharp spoke, in units of 6 degrees. */
+/* Nominal angle of the face at a corner, in units of 6 degrees. A split face counts as it came in,
+   at the first of its two pieces there; six pieces or more are taken for a hexagon. */
+static uint32_t psurf__corner_angle(const psurf__builder *b, uint32_t c)
+{
+    static const unsigned char angle[7] = {0, 0, 0, 10, 15, 18, 20};
+    const uint32_t third = b->next[b->next[c]];
+    uint32_t size = b->next[third] == c ? 3 : b->next[b->next[third]] == c ? 4 : 5, at;
+    if (b->edge[c] == PSURF_INNER_EDGE) return 0;
+    if (b->edge[b->prev[c]] == PSURF_INNER_EDGE) {      /* the third corner is the centre */
+        at = psurf__counter_clockwise(b, third);
+        for (size = 1; at != third && size < 6; size++) at = psurf__counter_clockwise(b, at);
+    }
+    return angle[size];
+}
+
+/* Nominal angle of the faces from start to the next sharp spoke. */
 static uint64_t psurf__wedge_weight(const psurf__builder *b, uint32_t start)
 {
     uint64_t weight = 0;
     uint32_t c = start;
     do {
-        const uint32_t opposite = b->next[b->next[c]];
-        weight += b->next[opposite] == c ? 10 : b->next[b->next[opposite]] == c ? 15 : 18;
+        weight += psurf__corner_angle(b, c);
         c = psurf__counter_clockwise(b, c);
     } while (c != PSURF_NONE && c != start && !psurf__sharp(b, c));
     return weight;

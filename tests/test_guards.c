@@ -1,5 +1,5 @@
-/* Guards that ordinary meshes never meet: ranges that begin beyond their memory, sizes far from 1,
-   needles and normals that vanish. */
+/* What ordinary meshes never meet: ranges that begin beyond their memory, sizes far from 1, needles,
+   normals that vanish or nearly do. */
 #define PSURF_IMPLEMENTATION
 #include "patchsurf.h"
 
@@ -142,6 +142,70 @@ static void test_needles(void **state)
     close_box(&s);
 }
 
+/* A flat grid of 6 x 6 quads with a hard row, and a hard panel on one side of it. The panel is split,
+   yet at its corner on the row the straight side stays the wide one: du x dv does not vanish. */
+static void test_junction_beside_panel(void **state)
+{
+    enum { N = 6, W = N + 1 };
+    psurf_real positions[W * W][3], du[3], dv[3];
+    uint32_t quads[N * N][4], tags = 0, i, x, y;
+    psurf_edge_tag tag[N + 3];
+    psurf_mesh_desc desc;
+    psurf_topology *topology;
+    psurf_patches_layout layout;
+    psurf_patches patches;
+    psurf_construct_desc construct;
+    psurf_sample sample = {N + 2, 0, 0, 1};             /* quad (2, 1): its corner (2, 2) */
+    psurf_points out;
+    (void)state;
+    for (i = 0; i < W * W; i++) {
+        positions[i][0] = (psurf_real)(i % W);
+        positions[i][1] = (psurf_real)(i / W);
+        positions[i][2] = 0;
+    }
+    for (y = 0; y < N; y++)
+        for (x = 0; x < N; x++) {
+            uint32_t *q = quads[y * N + x], v = y * W + x;
+            q[0] = v;
+            q[1] = v + 1;
+            q[2] = v + W + 1;
+            q[3] = v + W;
+        }
+    memset(tag, 0, sizeof tag);
+    for (x = 0; x < N; x++, tags++) {
+        tag[tags].v0 = 2 * W + x;
+        tag[tags].v1 = 2 * W + x + 1;
+    }
+    for (i = 0; i < 3; i++, tags++) {                   /* the other sides of quad (2, 2) */
+        const uint32_t *q = quads[2 * N + 2];
+        tag[tags].v0 = q[i + 1];
+        tag[tags].v1 = q[(i + 2) % 4];
+    }
+    for (i = 0; i < tags; i++) tag[i].flags = PSURF_HARD;
+    memset(&desc, 0, sizeof desc);
+    desc.vertex_count = W * W;
+    desc.face_count = N * N;
+    desc.uniform_size = 4;
+    desc.face_vertices = quads[0];
+    desc.edges = tag;
+    desc.edge_count = tags;
+    assert_int_equal(psurf_topology_create(&desc, &topology, NULL), PSURF_OK);
+    assert_int_equal(psurf_patches_size(topology, PSURF_PM, &layout), PSURF_OK);
+    assert_int_equal(psurf_patches_bind(&patches, topology, PSURF_PM, malloc(layout.patch_bytes),
+                                        malloc(layout.scratch_bytes)), PSURF_OK);
+    memset(&construct, 0, sizeof construct);
+    construct.positions = positions[0];
+    assert_int_equal(psurf_construct(&patches, &construct), PSURF_OK);
+    memset(&out, 0, sizeof out);
+    out.du = du;
+    out.dv = dv;
+    psurf_eval(&patches, &sample, 1, &out);
+    assert_true((double)(du[0] * dv[1] - du[1] * dv[0]) > 0.5);
+    free(patches.patches);
+    free(patches.scratch);
+    psurf_topology_destroy(topology);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -149,6 +213,7 @@ int main(void)
         cmocka_unit_test(test_normals_at_any_size),
         cmocka_unit_test(test_normals_on_creases),
         cmocka_unit_test(test_needles),
+        cmocka_unit_test(test_junction_beside_panel),
     };
     return cmocka_run_group_tests_name("guards", tests, NULL, NULL);
 }
