@@ -91,7 +91,8 @@
      * hard edges: two tangent planes along a smooth curve, one normal per side. A chain of them is
        a crease; where it ends, the surface is smooth (dart); where three or more meet, or at
        vertices in desc.corners, the vertex stays in place. On regular quad meshes this is
-       Catmull-Clark's infinitely sharp crease. One hard edge between two darts changes nothing.
+       Catmull-Clark's infinitely sharp crease. One hard edge between two darts changes nothing
+       but a pole at its end into a plain vertex.
      * boundaries: a smooth curve through the boundary vertices, B-spline on regular ones. A vertex
        with one face is a corner.
      * split faces: a face of six corners or more, at an interior vertex of two edges, or alone on
@@ -606,7 +607,7 @@ typedef struct psurf_check_result {
    rate+1 samples each, exactly as per-face tessellation writes them.
    desc: what the patches were constructed from. Pairs count as degenerate on edges shorter than
    1e-5 of the bounding box diagonal, beside faces with a corner angle below 0.5 degrees, at tips of
-   slits (the two boundary edges of a vertex less than 0.5 degrees apart), and where a normal is
+   slits (the two sharp edges of a ring less than 0.5 degrees apart), and where a normal is
    zero. Hard edges, and those with a blend ratio of 0 at an end, are compared for cracks alone and
    counted as sharp_edges. Boundary edges have one side and are passed over.
    Returns PSURF_OK, or BAD_DESC as psurf_construct_pass and psurf_tessellate_size. No allocation.
@@ -1631,8 +1632,9 @@ static psurf_result psurf__walk_rings(psurf__builder *b)
 }
 
 /* Rows of trigonometry: one run per nominal valence that occurs, in increasing order. */
-static void psurf__assign_trig(psurf__builder *b)
+static psurf_result psurf__assign_trig(psurf__builder *b)
 {
+    uint64_t rows = 0;
     uint32_t n, r, most = 0;
     for (r = 0; r < b->ring_count; r++) {
         n = psurf__nominal_valence(&b->rings[r]);
@@ -1642,11 +1644,14 @@ static void psurf__assign_trig(psurf__builder *b)
     for (r = 0; r < b->ring_count; r++) b->count[psurf__nominal_valence(&b->rings[r])] = 1;
     for (n = 0; n <= most; n++)
         if (b->count[n]) {
-            b->count[n] = b->trig_count;
-            b->trig_count += n + 1;
+            b->count[n] = (uint32_t)rows;
+            rows += (uint64_t)n + 1;
         }
+    if (rows > 0xFFFFFFFFu) return psurf__fail_nowhere(b, PSURF_TOO_LARGE);
+    b->trig_count = (uint32_t)rows;
     for (r = 0; r < b->ring_count; r++)
         b->rings[r].trig = b->count[psurf__nominal_valence(&b->rings[r])];
+    return PSURF_OK;
 }
 
 /* Polar vertices: no sharp spoke, all facets triangles, all neighbours of nominal valence 4;
@@ -1879,7 +1884,7 @@ static int psurf__is_wide(const psurf__builder *b, uint32_t c)
 
 /* The last spoke of an open ring starts no facet of it. Its other fields name the spoke that
    carries the blend ratio of both, and the far spoke of a wide neighbour, whose tangents shared
-   spokes have. A vertex has one wide side at most, and then never just one other side in a closed
+   spokes have. A fan has one wide side at most, and then never just one other side in a closed
    fan: so no ring has it on both sides. */
 static void psurf__fill_last_spokes(psurf__builder *b, psurf_topology *t)
 {
@@ -2016,8 +2021,8 @@ static psurf_result psurf__build_facets(psurf__builder *b, const psurf_allocator
         b->vertex = vertex;
     }
     result = psurf__walk_rings(b);
+    if (result == PSURF_OK) result = psurf__assign_trig(b);
     if (result == PSURF_OK) {
-        psurf__assign_trig(b);
         psurf__find_poles(b);
         result = psurf__make_topology(b, allocator, held + bytes, topology);
     }
@@ -2126,7 +2131,7 @@ PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0,
     }
     for (; low < t->vertex_rings && t->rings[low].point == v0 && spoke == PSURF_NONE; low++)
         spoke = psurf__spoke_in_ring(t, low, v1);
-    for (r = t->vertex_rings; r < t->info.rings && spoke == PSURF_NONE; r++)
+    for (r = t->vertex_rings; r < t->info.rings - t->info.centres && spoke == PSURF_NONE; r++)
         if (t->rings[r].point == v0) spoke = psurf__spoke_in_ring(t, r, v1);
     return spoke;
 }
@@ -2636,7 +2641,7 @@ static void psurf__pm_facet(const psurf_patches *p, const psurf__control *contro
                    first = psurf__facet_corner(p->topology, kind, facet);
     psurf__corner_data c[5];
     uint32_t i;
-    psurf__read_corner(p, first, &c[0]);
+    psurf__read_corner(p, first, &c[0]);                /* compilers do not know that m > 0 */
     for (i = 1; i < m; i++) psurf__read_corner(p, first + i, &c[i]);
     if (kind == PSURF_BICUBIC) psurf__pm_bicubic(c, out);
     else if (kind == PSURF_POLAR)

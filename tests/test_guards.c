@@ -1,5 +1,5 @@
-/* What ordinary meshes never meet: ranges that begin beyond their memory, sizes far from 1, needles,
-   normals that vanish or nearly do. */
+/* What ordinary meshes never meet: ranges that begin beyond their memory, sizes far from 1,
+   needles, normals that vanish or nearly do. */
 #define PSURF_IMPLEMENTATION
 #include "patchsurf.h"
 
@@ -100,7 +100,7 @@ static void test_normals_at_any_size(void **state)
     }
 }
 
-/* On a crease of blend ratio 0 du x dv vanishes; the normal is that of the face, a little inside. */
+/* On a crease of blend ratio 0 du x dv vanishes: the normal is that of the face, a bit inside. */
 static void test_normals_on_creases(void **state)
 {
     psurf_sample sample = {1, 0, (psurf_real)0.5, 0};
@@ -116,7 +116,7 @@ static void test_normals_on_creases(void **state)
     close_box(&s);
 }
 
-/* A wedge closed to a third of a degree is degenerate along its sharp faces, and counted as such. */
+/* A box closed to a third of a degree is degenerate along its sharp faces, and counted as such. */
 static void test_needles(void **state)
 {
     psurf_check_result r;
@@ -142,8 +142,8 @@ static void test_needles(void **state)
     close_box(&s);
 }
 
-/* A flat grid of 6 x 6 quads with a hard row, and a hard panel on one side of it. The panel is split,
-   yet at its corner on the row the straight side stays the wide one: du x dv does not vanish. */
+/* A flat grid of 6 x 6 quads with a hard row, and a hard panel on one side of it. The panel is
+   split, yet at its corner on the row the straight side stays the wide one: du x dv does not vanish. */
 static void test_junction_beside_panel(void **state)
 {
     enum { N = 6, W = N + 1 };
