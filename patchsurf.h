@@ -156,8 +156,8 @@
    and tight floats. Their sizes are asserted at compile time; PSURF_TABLE_VERSION counts changes.
 
    LIMITS. Corners (three per corner of split faces) and vertices below 2^31-1, faces of 3 to 65535
-   corners, valence up to 4194303 (one ring is one item of work: ranges do not divide it), rate 1 to
-   16384, tessellations below 2^32 vertices.
+   corners, valence up to 4194303, edges to centres of split faces included (one ring is one item of
+   work: ranges do not divide it), rate 1 to 16384, tessellations below 2^32 vertices.
 
    COMPILE-TIME OPTIONS, the same in every file that includes the header:
      PSURF_IMPLEMENTATION  in one file: the code
@@ -407,7 +407,8 @@ PSURF_API void psurf_topology_tables(const psurf_topology *topology, psurf_table
 
 /* The spoke that leaves vertex v0 along the edge to v1: the index of its blend ratio in
    psurf_tables.blends and psurf_construct_desc.blends. Where two rings share a spoke, on a hard
-   edge, it is the one whose ratio both read. PSURF_NONE if there is no such edge.
+   edge, it is the one whose ratio both read; of an edge that was cut, one of its parts.
+   PSURF_NONE if there is no such edge.
    Logarithmic in the rings, linear in the valence and in the further fans of non-manifold vertices.
    No allocation; any number of threads. */
 PSURF_API uint32_t psurf_find_spoke(const psurf_topology *topology, uint32_t v0, uint32_t v1);

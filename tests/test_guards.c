@@ -143,7 +143,7 @@ static void test_needles(void **state)
 }
 
 /* A flat grid of 6 x 6 quads with a hard row, and a hard panel on one side of it. The panel is
-   split, yet at its corner on the row the straight side stays the wide one: du x dv does not vanish. */
+   split, yet at its corner on the row the straight side stays wide: du x dv does not vanish. */
 static void test_junction_beside_panel(void **state)
 {
     enum { N = 6, W = N + 1 };
