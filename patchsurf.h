@@ -80,8 +80,8 @@
          polar    triangle of a fan whose outer vertices have four edges, and are not the middle of
                   such a fan themselves: poles of any valence
          p3 4 5   every other triangle, quad, pentagon: sectors of degree 4 round a centre
-       All meet G1, with one normal along every edge. On a regular quad mesh the surface is the
-       uniform bicubic B-spline, and everywhere else close to the Catmull-Clark limit, not equal.
+       All meet G1, with one normal along every edge that is not hard. On a regular quad mesh the
+       surface is the uniform bicubic B-spline, everywhere else close to the Catmull-Clark limit.
      * parameters: a triangle has the weights (u, v) of corners 1 and 2, a quad the unit square, a
        face of five or more corners a sector number and the weights of the sector's two corners.
        Derivatives are with respect to these.
@@ -143,12 +143,12 @@
    DETERMINISM. The same input gives the same bits with gcc and clang at any optimisation level,
    -march=native included, as C or C++, on 32- and 64-bit machines, little- and big-endian, with any
    split into ranges. The implementation switches contraction off for itself by pragmas that it
-   restores at its end; it uses no libm function but sqrt, and one order of operations. Positions on
+   undoes at its end (clang off x86: back to its default); it uses no libm function but sqrt, and one order of operations. Positions on
    a shared edge are bit-identical from both faces: every facet boundary is one cubic, evaluated by
    one function that is symmetric in its ends. Normals from two sides agree to rounding: displace
-   along welded normals. In float that is below 0.01 degrees on usual meshes; it grows where edges
-   are ten thousand times shorter than their distance from the origin, and with valences above
-   some hundreds.
+   along welded normals. In float the two differ by less than 0.01 degrees on most meshes, and by
+   more on sharply folded edges a hundred times shorter than their distance from the origin, and at
+   valences above some hundreds: keep meshes near their origin.
    Excluded: clang's -ffast-math and -ffp-contract=fast, which override the pragmas; x87 arithmetic
    (use -msse2 -mfpmath=sse); FTZ/DAZ modes; the payload of NaNs. psurf_exact() tells.
 
@@ -344,9 +344,9 @@ PSURF_API void psurf_topology_info(const psurf_topology *topology, psurf_info *i
    A ring is a vertex with its fan of facets, or with one side of it where hard edges cut the fan.
    Spoke j runs along the edge to E_j; facet f_j lies between spokes j and j+1, counter-clockwise. A
    closed ring has as many spokes as facets, an open one a last spoke more. Ids >= vertex_count are
-   centres of split faces. Facets stand in the order of their patches: by kind,
-   then by face. Corners stand in the order of the facets: corner i of facet k, of a kind with m
-   sides, is corner kind_first_corner + (k - kind_first) * m + i. */
+   centres of split faces. Facets stand in the order of their patches: by kind, then by face.
+   Corners stand in the order of the facets: corner i of facet k, of a kind with m sides, is corner
+   kind_first_corner + (k - kind_first) * m + i. */
 typedef struct psurf_ring {
     uint32_t point;                     /* vertex */
     uint32_t first_spoke;
