@@ -141,14 +141,15 @@
    jobs. Any split gives the same bits.
 
    DETERMINISM. The same input gives the same bits with gcc and clang at any optimisation level,
-   -march=native included, as C or C++, on 32- and 64-bit machines, little- and big-endian, with any
-   split into ranges. The implementation switches contraction off for itself by pragmas that it
+   -march=native included, as C or C++, on 32- and 64-bit machines, little- and big-endian, with
+   any split into ranges. The implementation switches contraction off for itself by pragmas that it
    undoes at its end (clang off x86: back to its default); it uses no libm function but sqrt, and
-   one order of operations. Positions on a shared edge are bit-identical from both faces: every facet
-   boundary is one cubic, evaluated by one function that is symmetric in its ends. Normals from two
-   sides agree to rounding: displace along welded normals. In float the two differ by less than 0.01
-   degrees on most meshes, and by more on sharply folded edges a hundred times shorter than their
-   distance from the origin, and at valences above some hundreds: keep meshes near their origin.
+   one order of operations. Positions on a shared edge are bit-identical from both faces: every
+   facet boundary is one cubic, evaluated by one function that is symmetric in its ends. Normals
+   from two sides agree to rounding: displace along welded normals. In float the two differ by less
+   than 0.01 degrees on most meshes, and by more on sharply folded edges a hundred times shorter
+   than their distance from the origin, and at valences above some hundreds: keep meshes near their
+   origin.
    Excluded: clang's -ffast-math and -ffp-contract=fast, which override the pragmas; x87 arithmetic
    (use -msse2 -mfpmath=sse); FTZ/DAZ modes; the payload of NaNs. psurf_exact() tells.
 
