@@ -173,7 +173,8 @@ enum { HARD_FROM = 10 };                /* the sharpness that OpenSubdiv takes f
 typedef struct mesh {
     const char *name;                   /* of the file, for messages */
     uint32_t first;                     /* number of the first vertex in the file: 0 or 1 */
-    array positions;                    /* float[3] per vertex */
+    array positions;                    /* float[3] per vertex, less middle */
+    float middle[3];                    /* see move_to_origin */
     array sizes, lines;                 /* uint32_t per face: corners; line of the file, or none */
     array corners;                      /* uint32_t per face corner: vertex */
     array uvs;                          /* float[2] per face corner, or none */
@@ -865,6 +866,44 @@ static void read_ply(mesh *m, const char *data, size_t size)
     free(r.uvs.data);
 }
 
+/* What to subtract from all vertices, on one axis. Where they lie at least as far from the origin
+   as they reach to either side of their middle, low <= high <= 3 low, it is the middle: at least
+   half and at most twice every coordinate, so all differences are exact (Sterbenz), and none
+   exceeds what it was. Elsewhere it is 0: details beside the origin may have digits that would not
+   survive. */
+static float find_middle(const array *positions, int axis)
+{
+    float low = FLT_MAX, high = -FLT_MAX;
+    double distance;
+    size_t i;
+    for (i = 0; i < positions->count; i++) {
+        float x = floats_at(positions, i, 3)[axis];
+        if (x < low) low = x;
+        if (x > high) high = x;
+    }
+    distance = fmax((double)low, -(double)high);
+    if (distance <= 0 || distance < ((double)high - (double)low) / 2) return 0;
+    return low / 2 + high / 2;
+}
+
+/* Floats far from the origin lose digits, and the surface between them its smooth normals: so it is
+   constructed at the origin, and put_back() moves what is written. */
+static void move_to_origin(mesh *m)
+{
+    float *p = m->positions.data;
+    size_t i;
+    int axis;
+    for (axis = 0; axis < 3; axis++) m->middle[axis] = find_middle(&m->positions, axis);
+    for (i = 0; i < 3 * m->positions.count; i++) p[i] -= m->middle[i % 3];
+}
+
+/* A coordinate of the surface, where the file has it; equal bits stay equal. 0 is not added: it
+   would change the sign of -0. */
+static float put_back(const mesh *m, float x, size_t axis)
+{
+    return m->middle[axis] != 0 ? x + m->middle[axis] : x;
+}
+
 static void read_mesh(mesh *m, const char *path)
 {
     size_t size;
@@ -877,6 +916,7 @@ static void read_mesh(mesh *m, const char *path)
     if (m->positions.count >= PSURF_NONE || m->corners.count >= PSURF_NONE) {
         fail(m->name, 0, "more than 2^32 - 2 vertices or face corners");
     }
+    move_to_origin(m);
     free(data);
 }
 
@@ -1617,6 +1657,12 @@ static void add_texture(const surface *s, uint32_t rate, triangles *t)
     free_face_points(&f);
 }
 
+static void put_vertices_back(const surface *s, triangles *t)
+{
+    size_t i;
+    for (i = 0; i < 3 * (size_t)t->vertex_count; i++) t->p[i] = put_back(s->mesh, t->p[i], i % 3);
+}
+
 static void refuse_overflow(const surface *s, const triangles *t)
 {
     size_t i;
@@ -1636,6 +1682,7 @@ static int run_tessellate(mesh *m, const options *o)
     build_surface(&s, m, o);
     tessellate_welded(&s, o->rate, &t);
     if (m->uvs.count) add_texture(&s, o->rate, &t);
+    put_vertices_back(&s, &t);
     refuse_overflow(&s, &t);
     out = open_output(o->output);
     find_writer(o->output)->write(&out, &t);
@@ -1650,16 +1697,15 @@ static int run_tessellate(mesh *m, const options *o)
 
 /* ---- patches --------------------------------------------------------------------------------- */
 
-static void write_patch(FILE *file, const psurf_patch *patch)
+static void write_patch(FILE *file, const mesh *m, const psurf_patch *patch)
 {
-    uint32_t i;
-    int axis;
+    size_t i, axis;
     fprintf(file, "{\"face\":%" PRIu32 ",\"sector\":%" PRIu32 ",\"kind\":\"%s\",\"points\":[",
             patch->face, patch->sector, psurf_kind_name(patch->kind));
     for (i = 0; i < patch->point_count; i++) {
         fputs(i ? ",[" : "[", file);
         for (axis = 0; axis < 3; axis++) {
-            float x = patch->points[3 * (size_t)i + (size_t)axis];
+            float x = put_back(m, patch->points[3 * i + axis], axis);
             if (axis) fputc(',', file);
             if (isfinite(x)) put_float(file, x);
             else fputs("null", file);
@@ -1680,7 +1726,7 @@ static int run_patches(mesh *m, const options *o)
     for (i = 0; i < s.info.facets; i++) {
         psurf_patch patch = psurf_get_patch(&s.patches, i);
         if (i) fputs(",\n", out.file);
-        write_patch(out.file, &patch);
+        write_patch(out.file, m, &patch);
         if (i % 256 == 0) written(&out, i, s.info.facets);
     }
     fputs("\n]}\n", out.file);
@@ -1750,19 +1796,19 @@ static void fill_grid(face_grid *g, const face_points *f)
     }
 }
 
-static void write_samples(FILE *file, const face_grid *g, const face_points *f,
+static void write_samples(FILE *file, const mesh *m, const face_grid *g, const face_points *f,
                           const array curvatures[2])
 {
-    size_t i;
-    int k;
+    size_t i, k;
     for (i = 0; i < g->samples.count; i++) {
         const psurf_sample *at = (const psurf_sample *)g->samples.data + i;
         uint32_t vertex = u32_at(&g->vertices, i);
         fprintf(file, "%" PRIu32 ",%" PRIu32 ",%.9g,%.9g", at->face, at->sector, (double)at->u,
                 (double)at->v);
         for (k = 0; k < 6; k++) {
+            float x = floats_at(k < 3 ? &f->p : &f->n, vertex, 3)[k % 3];
             fputc(',', file);
-            put_float(file, floats_at(k < 3 ? &f->p : &f->n, vertex, 3)[k % 3]);
+            put_float(file, k < 3 ? put_back(m, x, k) : x);
         }
         for (k = 0; k < 2 && curvatures[k].data; k++) {
             float value = *floats_at(&curvatures[k], i, 1);
@@ -1795,7 +1841,7 @@ static int run_sample(mesh *m, const options *o)
                             reserve(&curvatures[0], g.samples.count, sizeof(float)),
                             reserve(&curvatures[1], g.samples.count, sizeof(float)));
         }
-        write_samples(out.file, &g, &f, curvatures);
+        write_samples(out.file, m, &g, &f, curvatures);
         written(&out, face, s.info.faces);
     }
     close_output(&out);
@@ -2187,6 +2233,7 @@ static void print_help(FILE *file, const struct command *command)
           "\"t crease\" of a sharpness s >= 10 makes an edge hard: a smooth curve with one normal\n"
           "on each side; below, it sets the blend ratio (2/3) 2^-s at both ends. \"t corner\" of\n"
           "s >= 10 keeps a vertex in place where two or more hard or boundary edges meet.\n"
+          "Meshes far from the origin are computed about their middle and written where they are.\n"
           "Exit status: 0 done, 1 a check failed, 2 bad usage or bad input.\n", file);
 }
 

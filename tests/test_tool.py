@@ -24,6 +24,7 @@ import time
 import unittest
 from collections import Counter
 
+import check_cracks
 import count_mesh
 
 TOOL = os.path.abspath(sys.argv[1]) if len(sys.argv) > 1 else "build/patchsurf"
@@ -99,6 +100,16 @@ def grid(columns, rows):
 def jitter(mesh, seed=1, size=0.1):
     rng = random.Random(seed)
     return [tuple(x + rng.uniform(-size, size) for x in p) for p in mesh[0]], mesh[1]
+
+
+def moved(mesh, by):
+    return [tuple(x + t for x, t in zip(p, by)) for p in mesh[0]], mesh[1]
+
+
+def about_origin(mesh):
+    """The middle of its box at the origin, coordinates with 11 binary places: exact when moved."""
+    vertices = [tuple(round(1024 * x) / 1024 for x in p) for p in mesh[0]]
+    return moved((vertices, mesh[1]), [-(min(x) + max(x)) / 2 for x in zip(*vertices)])
 
 
 def obj(mesh, extra=""):
@@ -889,6 +900,114 @@ class Sharp(ToolTest):
         for value in (0, 1, 2):
             text = obj(sheet, "t interpolateboundary 1/0/0 %d\n" % value)
             self.assertEqual(self.surface(text), plain)
+
+
+class Far(ToolTest):
+    """Meshes far from the origin, where floats lose digits."""
+
+    BY = (1000, 0, -4000)
+
+    def pairs(self):
+        """Texts of meshes about the origin, and of the same meshes moved without rounding."""
+        for mesh in (jitter(house()), jitter(ball(9, 6)), jitter(prism(6)), jitter(grid(3, 2))):
+            mesh = about_origin(mesh)
+            uv = lambda f, i: (f % 2, i)
+            yield (Texture.textured(mesh, uv), Texture.textured(moved(mesh, self.BY), uv))
+
+    def put(self, points, k=0):
+        """Moved as the tool moves them, which rounds once; k: where in a row a point begins."""
+        return [(*p[:k], *(float32(x + t) for x, t in zip(p[k:k + 3], self.BY)), *p[k + 3:])
+                for p in points]
+
+    def floats(self, rows):
+        """From the nine digits that the tool prints; no text is NaN."""
+        return [tuple(float32(math.nan if x == "" else float(x)) for x in row) for row in rows]
+
+    def same(self, rows, expected):
+        """As text, so that NaN equals NaN; one row at a time, for a short message."""
+        self.assertEqual(len(rows), len(expected))
+        for row, other in zip(rows, expected):
+            self.assertEqual(str(row), str(other))
+
+    def test_tessellate(self):
+        """To the last bit the surface about the origin, but for its place; in every format."""
+        for near, far in self.pairs():
+            points, uvs, normals, triangles = self.surface(near)
+            points, uvs, normals = self.put(self.floats(points)), *map(self.floats, (uvs, normals))
+            parts = parse_obj(self.ok("tessellate", self.write(far), "-o", "-"))
+            for part, expected in zip(parts, (points, uvs, normals)):
+                self.same(self.floats(part), expected)
+            self.same(parts[3], triangles)
+            for name, parse in (("out.ply", parse_ply), ("out.glb", lambda d: parse_glb(d)[0])):
+                self.ok("tessellate", "mesh.obj", "-o", name)
+                parts = parse(self.read(name, "rb"))
+                for part, expected in ((0, points), (2, normals), (3, triangles)):
+                    self.same(parts[part], expected)
+
+    def test_patches(self):
+        for near, far in self.pairs():
+            expected, patches = (json.loads(self.ok("patches", self.write(text)))["patches"]
+                                 for text in (near, far))
+            for a, b in zip(expected, patches):
+                self.same(self.floats(b.pop("points")), self.put(self.floats(a.pop("points"))))
+            self.same(patches, expected)
+
+    def test_sample(self):
+        for near, far in self.pairs():
+            expected, rows = (self.floats(self.samples(text, "--curvature"))
+                              for text in (near, far))
+            self.same(rows, self.put(expected, 4))
+            self.assertEqual({row[4:7] for row in rows}, set(self.floats(self.surface(far)[0])))
+
+    def test_axes_apart(self):
+        """Moved along x, a mesh keeps the very text of its y and z, signs of zeros included."""
+        sheet = [(x - 1, y, -0.0) for x, y, z in grid(2, 2)[0]], grid(2, 2)[1]
+        near, far = (self.samples(obj(moved(sheet, (by, -0.0, -0.0)))) for by in (0, 1000))
+        self.assertIn("-0", [row[6] for row in near])
+        self.assertEqual([row[5:] for row in far], [row[5:] for row in near])
+
+    def test_normals(self):
+        for mesh in (house(), ball(9, 6), torus(6, 5), OCTAHEDRON):
+            for by in (self.BY, (1000, 1000, 1000), (0, -7, 1e6)):
+                text = obj(moved(about_origin(jitter(mesh)), by))
+                for rate in (8, 33):
+                    result = json.loads(self.ok("check", self.write(text), "--json", "--rate",
+                                                rate))
+                    self.assertEqual((result["cracks"], result["degenerate_normals"]), (0, 0))
+                    self.assertLess(result["max_normal_deg"], 0.001, by)
+
+    def test_edges_meet(self):
+        """Bits that are equal at the origin are equal where they are written."""
+        for mesh in (house(), ball(9, 6), prism(6), grid(3, 2)):
+            for by in (self.BY, (3, 0.3, -1e7), (-1e-3, 17, 2)):
+                text = obj(moved(jitter(mesh), by))
+                for rate in (1, 8):
+                    csv = self.ok("sample", self.write(text), "--rate", rate)
+                    samples = check_cracks.Samples(csv, mesh[1], rate)
+                    pairs = check_cracks.shared_sides(mesh[1])
+                    compared, cracks = check_cracks.compare(samples, mesh[1], pairs, self.fail)
+                    self.assertGreaterEqual(compared, len(pairs) * (rate + 1))
+                    self.assertEqual(cracks, 0)
+
+    def test_details_beside_the_origin(self):
+        """A sheet that gets finer towards the origin, outside its box, keeps its fine end."""
+        _, faces = grid(20, 20)
+        rng = random.Random(3)
+        vertices = [(2.0 ** (i - 16), 2.0 ** (j - 16), 2.0 ** (min(i, j) - 16)
+                     * rng.uniform(0.5, 1.5)) for i in range(21) for j in range(21)]
+        result = json.loads(self.ok("check", self.write(obj((vertices, faces))), "--json"))
+        self.assertLess(result["max_normal_deg"], 0.001)
+        self.assertGreater(result["samples"] - result["degenerate_normals"], 3000)
+
+    def test_ends_of_the_range(self):
+        """The sum of two coordinates may overflow, and half of one may round to 0."""
+        vertices, faces = CUBE
+        for size, by in ((2.0 ** 105, 1.5 * 2.0 ** 127), (2.0 ** -149, 2.0 ** -147)):
+            mesh = moved(([[size * x for x in p] for p in vertices], faces), (by, -by, by))
+            patches = json.loads(self.ok("patches", self.write(obj(mesh))))["patches"]
+            for p in itertools.chain(*(patch["points"] for patch in patches)):
+                for x, t in zip(p, (by, -by, by)):
+                    self.assertLessEqual(abs(float32(x) - t), size)
 
 
 # ---- input ---------------------------------------------------------------------------------------
