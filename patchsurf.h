@@ -20,10 +20,12 @@
      3 topology        >>3           faces in, tables out: half-edges, rings, kinds of facet
      4 vertex data     >>4           limit points, tangent points, face points
      5 schemes         >>5           control points: pm
-     6 evaluators      >>6           points and derivatives of each kind of patch
-     7 tessellation    >>7           lattices, numbering, triangles
-     8 interrogation   >>8           curvature, gaps, bounds
-     9 all at once     >>9           the one-call way; facts about this build
+     6 parameters      >>6           where a parameter lies on a patch
+     7 kernels         >>7           points and derivatives, eight at a time
+     8 points          >>8           samples at arbitrary places
+     9 tessellation    >>9           lattices, numbering, triangles
+     10 interrogation  >>10          curvature, gaps, bounds
+     11 all at once    >>11          the one-call way; facts about this build
 
    A COMPLETE PROGRAM (cc program.c -lm), which prints a smooth cube as a Wavefront OBJ:
 
@@ -134,11 +136,16 @@
 
    MEMORY. psurf_topology_create allocates three times and keeps one block; psurf_smooth allocates
    five times and keeps one block; nothing else allocates. Patches and scratch are the caller's:
-   sizes first, memory after, mapped GPU memory included. Stack use stays below 8 KB; no recursion.
+   sizes first, memory after, mapped GPU memory included. Stack use stays below 48 KB (in double
+   96 KB); no recursion.
 
    THREADS. No mutable globals. A topology may be used by any number of threads. Construction passes
    and tessellation run over ranges: give each job its own range; between two passes wait for all
    jobs. Any split gives the same bits.
+
+   INSTRUCTION SETS. Evaluation works on eight facets or samples at once: with AVX2 or SSE2 on x86
+   (the processor is asked at run time), NEON on 64-bit ARM, else in plain C; psurf_simd_name()
+   tells. Vertices of packed 24 bytes, n = p + 3 and both strides 24, are written fastest.
 
    DETERMINISM. The same input gives the same bits with gcc and clang at any optimisation level,
    -march=native included, as C or C++, on 32- and 64-bit machines, little- and big-endian, with
@@ -168,6 +175,9 @@
      PSURF_REAL            float (default) or double, for tests and reports
      PSURF_NO_STDLIB       no malloc: every descriptor needs an allocator
      PSURF_SQRT(x)         square root of a double, correctly rounded (default: sqrt of <math.h>)
+     PSURF_NO_SIMD         plain C alone
+     PSURF_NO_AVX2         on x86: SSE2 alone, without asking the processor for more
+     PSURF_SELF            name of this file, if it is not "patchsurf.h": it includes itself
 
    SECURITY. psurf_topology_create and psurf_smooth take hostile meshes, psurf_eval and
    psurf_interpolate hostile samples: any bytes give a result or a result code. Pointers, counts and
@@ -652,6 +662,8 @@ PSURF_API void psurf_smooth_free(psurf_smooth_mesh *mesh);
 PSURF_API const char *psurf_result_string(psurf_result result);     /* static text, never NULL */
 PSURF_API const char *psurf_scheme_name(psurf_scheme scheme);       /* "pm"; NULL if out of range */
 PSURF_API const char *psurf_kind_name(psurf_kind kind);             /* "bicubic" ...; or NULL */
+PSURF_API const char *psurf_simd_name(void);    /* the instruction set in use: "avx2", "sse2",
+                                                   "neon", "scalar"; all give the same bits */
 PSURF_API uint32_t psurf_version(void);         /* PSURF_VERSION of the implementation */
 PSURF_API uint32_t psurf_abi(void);             /* PSURF_VERSION << 8 | sizeof(psurf_real) */
 
@@ -669,6 +681,10 @@ PSURF_API int psurf_exact(void);
 
 #if defined(PSURF_IMPLEMENTATION) && !defined(PSURF_IMPLEMENTATION_DONE)
 #define PSURF_IMPLEMENTATION_DONE
+#define PSURF__IMPLEMENTING
+#define PSURF__ONCE                     /* but chapter 7: that once per instruction set */
+#endif
+#ifdef PSURF__ONCE
 
 #ifndef PSURF_NO_STDLIB
 #include <stdlib.h>
@@ -678,6 +694,34 @@ PSURF_API int psurf_exact(void);
 #else
 #include <math.h>
 #define PSURF__SQRT(x) sqrt(x)     /* of a double; rounded to float it is the float square root */
+#endif
+
+/* Instruction sets: float alone is evaluated with more than plain C. */
+#define PSURF__IS_float 1
+#define PSURF__IS_double 0
+#define PSURF__IS_OF(real) PSURF__IS_##real
+#define PSURF__IS(real) PSURF__IS_OF(real)
+#if !defined(PSURF_NO_SIMD) && PSURF__IS(PSURF_REAL)
+#if defined(__SSE2__) || defined(_M_X64)
+#define PSURF__SIMD
+#define PSURF__SIMD_X86
+#include <immintrin.h>
+#elif defined(__aarch64__) && defined(__ARM_NEON) && !defined(__AARCH64EB__)
+#define PSURF__SIMD
+#include <arm_neon.h>
+#endif
+#endif
+
+#if defined(_MSC_VER)
+#define PSURF__INLINE static __forceinline
+#elif defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__)
+#define PSURF__INLINE static inline __attribute__((always_inline))
+#else
+#define PSURF__INLINE static inline
+#endif
+
+#ifndef PSURF_SELF
+#define PSURF_SELF "patchsurf.h"
 #endif
 
 /* The promise of equal bits needs every product rounded before it is added. Compilers may not fuse
@@ -2780,10 +2824,9 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
     return patch;
 }
 
-/* >>6 EVALUATORS ==============================================================================
-   Per kind: where a parameter lies on the patch (locate), which Bezier points it needs (net), what
-   the surface does there (jet), and derivatives of the patch turned into those of the face (pull).
-   One row per kind at the end of the chapter.
+/* >>6 PARAMETERS ==============================================================================
+   Where a parameter lies on a patch (locate), and derivatives of the patch turned into those of the
+   face (pull): one row per kind at the end of the chapter. What chapter 7 is asked for, and how.
 
    Parameters enter as weights w over a common denominator d: a face parameter with d = 1, or the
    integers of a tessellation lattice with d = rate. Sums and differences of such integers are
@@ -2791,7 +2834,7 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
    Triangles: w = weights of the three corners. Quads: 1-u, u, 1-v, v. Sectors: weights of corner i,
    corner i+1, centre. */
 
-enum { PSURF__NET_REALS = 48, PSURF__MAX_SECTORS = 5 };         /* reals of the largest net */
+enum { PSURF__MAX_SECTORS = 5, PSURF__MAX_POINTS = 31, PSURF__MAX_NET = 16 };
 
 typedef struct psurf__spot {
     uint32_t sector;                    /* of a Pm-patch */
@@ -2801,22 +2844,9 @@ typedef struct psurf__spot {
 } psurf__spot;
 
 typedef struct psurf__jet {
-    psurf__v3 p, du, dv, duu, duv, dvv;
+    psurf__v3 p, n, du, dv, duu, duv, dvv;
     int curved;                         /* second derivatives exist here */
 } psurf__jet;
-
-/* The cubic that every facet boundary is, eq. 17. Swapping its ends swaps the operands of
-   commutative operations alone, so both sides get the same bits; an end is returned as it is. */
-static psurf__v3 psurf__edge_point(psurf__v3 v0, psurf__v3 t0, psurf__v3 t1, psurf__v3 v1,
-                                   psurf_real r, psurf_real s)
-{
-    psurf__v3 ends, inner;
-    if (s <= 0) return v0;
-    if (r <= 0) return v1;
-    ends = psurf__mix((r * r) * r, v0, (s * s) * s, v1);
-    inner = psurf__mix(3 * ((r * r) * s), t0, 3 * ((s * s) * r), t1);
-    return psurf__add(ends, inner);
-}
 
 static void psurf__set_edge(psurf__spot *spot, uint32_t edge, psurf_real r, psurf_real s,
                             psurf_real d)
@@ -2865,77 +2895,6 @@ static void psurf__bicubic_locate(uint32_t turn, uint32_t sector, const psurf_re
     psurf__find_quad_edge(spot, w, d);
 }
 
-static const psurf_real *psurf__own_net(const psurf_real *points, uint32_t m, uint32_t sector,
-                                        psurf_real *store)
-{
-    (void)m;
-    (void)sector;
-    (void)store;
-    return points;
-}
-
-/* Bernstein polynomials of degree 3, 2, 1 at the weights t0 = 1-t and t1 = t. */
-static void psurf__bernstein(psurf_real t0, psurf_real t1, psurf_real b3[4], psurf_real b2[3])
-{
-    b3[0] = t0 * t0 * t0;
-    b3[1] = 3 * t0 * t0 * t1;
-    b3[2] = 3 * t0 * t1 * t1;
-    b3[3] = t1 * t1 * t1;
-    b2[0] = t0 * t0;
-    b2[1] = 2 * t0 * t1;
-    b2[2] = t1 * t1;
-}
-
-/* Value, derivative and, if asked for, second derivative of a cubic. Derivatives come from
-   differences of points, which keep their digits far from the origin. */
-static void psurf__cubic(const psurf__v3 p[4], const psurf_real *b3, const psurf_real *b2,
-                         const psurf_real *t, int second, psurf__v3 out[3])
-{
-    const psurf__v3 d0 = psurf__sub(p[1], p[0]), d1 = psurf__sub(p[2], p[1]);
-    const psurf__v3 d2 = psurf__sub(p[3], p[2]);
-    out[0] = psurf__add(psurf__mix(b3[0], p[0], b3[1], p[1]), psurf__mix(b3[2], p[2], b3[3], p[3]));
-    out[1] = psurf__mul(psurf__mad(psurf__mix(b2[0], d0, b2[1], d1), b2[2], d2), 3);
-    if (second)
-        out[2] = psurf__mul(psurf__mix(t[0], psurf__sub(d1, d0), t[1], psurf__sub(d2, d1)), 6);
-}
-
-/* The same of the row of a net that starts at points. */
-static void psurf__cubic_row(const psurf_real *points, const psurf_real *b3, const psurf_real *b2,
-                             const psurf_real *t, int second, psurf__v3 out[3])
-{
-    psurf__v3 p[4];
-    int k;
-    for (k = 0; k < 4; k++) p[k] = psurf__get(points + 3 * k);
-    psurf__cubic(p, b3, b2, t, second, out);
-}
-
-static void psurf__bicubic_jet(const psurf_real *g, const psurf__spot *spot, int second,
-                               psurf__jet *jet)
-{
-    const psurf_real *u = spot->w, *v = spot->w + 2;
-    psurf_real u3[4], u2[3], v3[4], v2[3];
-    psurf__v3 rows[3][4], along[3], across[3];
-    uint32_t j;
-    psurf__bernstein(u[0], u[1], u3, u2);
-    psurf__bernstein(v[0], v[1], v3, v2);
-    for (j = 0; j < 4; j++) {                           /* rows along u: value and derivatives */
-        psurf__cubic_row(g + 12 * j, u3, u2, u, second, along);
-        rows[0][j] = along[0];
-        rows[1][j] = along[1];
-        if (second) rows[2][j] = along[2];
-    }
-    psurf__cubic(rows[0], v3, v2, v, second, across);
-    jet->p = across[0];
-    jet->dv = across[1];
-    if (second) jet->dvv = across[2];
-    psurf__cubic(rows[1], v3, v2, v, 0, across);
-    jet->du = across[0];
-    jet->duv = across[1];
-    if (!second) return;
-    psurf__cubic(rows[2], v3, v2, v, 0, across);
-    jet->duu = across[0];
-}
-
 static void psurf__bicubic_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *jet)
 {
     (void)spot;
@@ -2961,35 +2920,6 @@ static void psurf__polar_locate(uint32_t turn, uint32_t sector, const psurf_real
     psurf__find_triangle_edge(spot, turned, d);
 }
 
-/* du and its derivatives are divided by 1-v: that is regular up to the pole, where u loses its
-   meaning. So du = S_u/(1-v), duu = S_uu/(1-v), duv = (S_u/(1-v))_v here, and pull knows it. */
-static void psurf__polar_jet(const psurf_real *h, const psurf__spot *spot, int second,
-                             psurf__jet *jet)
-{
-    const psurf_real v0 = spot->w[2], v1 = spot->w[3];
-    const psurf_real weight[3] = {v0 * v0, 3 * v0 * v1, 3 * v1 * v1};       /* B_j(v)/(1-v) */
-    const psurf_real slope[3] = {-2 * v0, 3 * (v0 - v1), 6 * v1};
-    psurf_real u3[4], u2[3];
-    psurf__v3 row[3][3], pole = psurf__get(h + 36), d0, d1, d2;
-    uint32_t j;
-    psurf__bernstein(spot->w[0], spot->w[1], u3, u2);
-    for (j = 0; j < 3; j++) psurf__cubic_row(h + 12 * j, u3, u2, spot->w, second, row[j]);
-    d0 = psurf__sub(row[1][0], row[0][0]);
-    d1 = psurf__sub(row[2][0], row[1][0]);
-    d2 = psurf__sub(pole, row[2][0]);
-    jet->p = psurf__add(psurf__mix(v0 * v0 * v0, row[0][0], 3 * v0 * v0 * v1, row[1][0]),
-                        psurf__mix(3 * v0 * v1 * v1, row[2][0], v1 * v1 * v1, pole));
-    jet->du =
-        psurf__mad(psurf__mix(weight[0], row[0][1], weight[1], row[1][1]), weight[2], row[2][1]);
-    jet->dv = psurf__mul(psurf__mad(psurf__mix(v0 * v0, d0, 2 * v0 * v1, d1), v1 * v1, d2), 3);
-    if (!second) return;
-    jet->duu =
-        psurf__mad(psurf__mix(weight[0], row[0][2], weight[1], row[1][2]), weight[2], row[2][2]);
-    jet->duv =
-        psurf__mad(psurf__mix(slope[0], row[0][1], slope[1], row[1][1]), slope[2], row[2][1]);
-    jet->dvv = psurf__mul(psurf__mix(v0, psurf__sub(d1, d0), v1, psurf__sub(d2, d1)), 6);
-}
-
 /* How fast the weight of a corner of a triangle changes with u (which = 0) or v (1). */
 static psurf_real psurf__weight_slope(uint32_t corner, uint32_t which)
 {
@@ -2997,8 +2927,9 @@ static psurf_real psurf__weight_slope(uint32_t corner, uint32_t which)
     return corner == which + 1 ? PSURF__R(1) : PSURF__R(0);
 }
 
-/* With S = S_u/(1-v) and, per direction, o = change of the pole's weight, q = change of B's weight
-   + u o: D = S q + S_v o, and D_xy = S_u q_x q_y/(1-v) + S_v (q_x o_y + o_x q_y) + S_vv o_x o_y. */
+/* The jet has S = S_u/(1-v), and duu, duv likewise. Per direction, o = change of the pole's weight,
+   q = change of B's weight + u o: D = S q + S_v o, and
+   D_xy = S_u q_x q_y/(1-v) + S_v (q_x o_y + o_x q_y) + S_vv o_x o_y. */
 static void psurf__polar_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *jet)
 {
     const psurf__jet in = *jet;
@@ -3072,109 +3003,6 @@ static void psurf__p5_locate(uint32_t turn, uint32_t sector, const psurf_real *w
     if (w[2] <= 0) psurf__set_edge(spot, sector, w[0], w[1], d);
 }
 
-/* The 15 points of sector i, rows of constant distance from the edge: b_jkl at row l, place k. All
-   are relative to the centre of the patch, which follows them: so differences keep all digits. */
-static const unsigned char psurf__row[5] = {0, 5, 9, 12, 14};
-
-static const psurf_real *psurf__sector_net(const psurf_real *points, uint32_t m, uint32_t i,
-                                           psurf_real *net)
-{
-    const uint32_t j = psurf__following(i, m), count = PSURF__SECTOR * m;
-    const psurf__v3 centre = psurf__pm_point(points, m, PSURF__V);
-    psurf_real local[3 * PSURF__SECTOR * PSURF__MAX_SECTORS];
-    psurf__v3 from_a[3], from_b[3], a, b, t0, t1;
-    uint32_t l, k;
-    for (k = 0; k < count; k++)
-        psurf__put(local + 3 * k, psurf__sub(psurf__get(points + 3 * k), centre));
-    a = psurf__pm_point(local, i, PSURF__V);
-    b = psurf__pm_point(local, j, PSURF__V);
-    t0 = psurf__pm_point(local, i, PSURF__T0);
-    t1 = psurf__pm_point(local, i, PSURF__T1);
-    psurf__pm_inner_line(local, m, i, 3, from_a);
-    psurf__pm_inner_line(local, m, j, 3, from_b);
-    psurf__put(net + 0, a);                                                     /* eq. 2 */
-    psurf__put(net + 3, psurf__mix(PSURF__R(0.25), a, PSURF__R(0.75), t0));
-    psurf__put(net + 6, psurf__mul(psurf__add(t0, t1), PSURF__R(0.5)));
-    psurf__put(net + 9, psurf__mix(PSURF__R(0.25), b, PSURF__R(0.75), t1));
-    psurf__put(net + 12, b);
-    psurf__put(net + 18, psurf__pm_point(local, i, PSURF__B211));
-    psurf__put(net + 21, psurf__pm_point(local, i, PSURF__B121));
-    psurf__put(net + 30, psurf__pm_point(local, i, PSURF__B112));
-    for (l = 1; l < 4; l++) {
-        psurf__put(net + 3 * psurf__row[l], from_a[l - 1]);
-        psurf__put(net + 3 * (psurf__row[l] + 4 - l), from_b[l - 1]);
-    }
-    psurf__put(net + 42, psurf__zero());
-    psurf__put(net + 45, centre);
-    return net;
-}
-
-/* Bernstein polynomials of a triangle, row by row as in psurf__row, degree n = 2, 3 or 4. */
-static void psurf__triangle_basis(const psurf_real *w, uint32_t n, psurf_real *out)
-{
-    static const unsigned char factor[3][15] = {
-        {1, 2, 1, 2, 2, 1}, {1, 3, 3, 1, 3, 6, 3, 3, 3, 1},
-        {1, 4, 6, 4, 1, 4, 12, 12, 4, 6, 12, 6, 4, 4, 1}
-    };
-    psurf_real a[5], b[5], c[5];
-    uint32_t k, l, at = 0;
-    a[0] = b[0] = c[0] = 1;
-    for (k = 1; k <= n; k++) {
-        a[k] = a[k - 1] * w[0];
-        b[k] = b[k - 1] * w[1];
-        c[k] = c[k - 1] * w[2];
-    }
-    for (l = 0; l <= n; l++)
-        for (k = 0; k + l <= n; k++, at++)
-            out[at] = PSURF__R(factor[n - 2][at]) * (a[n - k - l] * b[k] * c[l]);
-}
-
-/* The difference of net points from place (k, l) of the next lower degree, along the edge (0) or
-   towards the centre (1). */
-static psurf__v3 psurf__net_step(const psurf_real *net, uint32_t k, uint32_t l, int across)
-{
-    const psurf_real *from = net + 3 * (psurf__row[l] + k);
-    const psurf_real *to = across ? net + 3 * (psurf__row[l + 1] + k) : from + 3;
-    return psurf__sub(psurf__get(to), psurf__get(from));
-}
-
-static void psurf__sector_second(const psurf_real *net, const psurf_real *w, psurf__jet *jet)
-{
-    psurf_real b2[6];
-    uint32_t k, l, at = 0;
-    psurf__triangle_basis(w, 2, b2);
-    jet->duu = jet->duv = jet->dvv = psurf__zero();
-    for (l = 0; l < 3; l++)
-        for (k = 0; k + l < 3; k++, at++) {
-            psurf__v3 u = psurf__net_step(net, k, l, 0), v = psurf__net_step(net, k, l, 1);
-            psurf__v3 uu = psurf__sub(psurf__net_step(net, k + 1, l, 0), u);
-            psurf__v3 uv = psurf__sub(psurf__net_step(net, k, l + 1, 0), u);
-            psurf__v3 vv = psurf__sub(psurf__net_step(net, k, l + 1, 1), v);
-            jet->duu = psurf__mad(jet->duu, 12 * b2[at], uu);
-            jet->duv = psurf__mad(jet->duv, 12 * b2[at], uv);
-            jet->dvv = psurf__mad(jet->dvv, 12 * b2[at], vv);
-        }
-}
-
-/* Parameters of a sector: u = weight of corner i+1, v = weight of the centre. */
-static void psurf__sector_jet(const psurf_real *net, const psurf__spot *spot, int second,
-                              psurf__jet *jet)
-{
-    psurf_real b4[15], b3[10];
-    uint32_t k, l, at = 0;
-    psurf__triangle_basis(spot->w, 4, b4);
-    psurf__triangle_basis(spot->w, 3, b3);
-    jet->p = jet->du = jet->dv = psurf__zero();
-    for (k = 0; k < 15; k++) jet->p = psurf__mad(jet->p, b4[k], psurf__get(net + 3 * k));
-    jet->p = psurf__add(jet->p, psurf__get(net + 45));
-    for (l = 0; l < 4; l++)
-        for (k = 0; k + l < 4; k++, at++) {
-            jet->du = psurf__mad(jet->du, 4 * b3[at], psurf__net_step(net, k, l, 0));
-            jet->dv = psurf__mad(jet->dv, 4 * b3[at], psurf__net_step(net, k, l, 1));
-        }
-    if (second) psurf__sector_second(net, spot->w, jet);
-}
-
 /* Chain rule for linear parameters: rows of j are the sector's u, v per unit of the face's u, v. */
 static void psurf__linear_pull(psurf_real uu, psurf_real vu, psurf_real uv, psurf_real vv,
                                psurf__jet *jet)
@@ -3219,33 +3047,1627 @@ static void psurf__p5_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *j
 /* ---- the table of kinds ---- */
 
 typedef struct psurf__kind_row {
-    uint32_t sectors, net_points;
+    uint32_t sectors;
     void (*locate)(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
                    psurf__spot *spot);
-    const psurf_real *(*net)(const psurf_real *points, uint32_t m, uint32_t sector,
-                             psurf_real *store);
-    void (*jet)(const psurf_real *net, const psurf__spot *spot, int second, psurf__jet *jet);
     void (*pull)(const psurf__spot *spot, uint32_t turn, psurf__jet *jet);
     unsigned char edge[5][4];           /* the cubic of each edge: places of v0, t0, t1, v1 */
 } psurf__kind_row;
 
 static const psurf__kind_row psurf__kinds[PSURF_KIND_COUNT] = {
-    {1, 16, psurf__bicubic_locate, psurf__own_net,
-     psurf__bicubic_jet, psurf__bicubic_pull,
+    {1, psurf__bicubic_locate, psurf__bicubic_pull,
      {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}},
-    {1, 13, psurf__polar_locate, psurf__own_net,
-     psurf__polar_jet, psurf__polar_pull,
+    {1, psurf__polar_locate, psurf__polar_pull,
      {{0, 1, 2, 3}, {3, 7, 11, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {3, 15, psurf__p3_locate, psurf__sector_net,
-     psurf__sector_jet, psurf__p3_pull,
+    {3, psurf__p3_locate, psurf__p3_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {4, 15, psurf__p4_locate, psurf__sector_net,
-     psurf__sector_jet, psurf__p4_pull,
+    {4, psurf__p4_locate, psurf__p4_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 0}, {0, 0, 0, 0}}},
-    {5, 15, psurf__p5_locate, psurf__sector_net,
-     psurf__sector_jet, psurf__p5_pull,
+    {5, psurf__p5_locate, psurf__p5_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}}}
 };
+
+/* ---- what the kernels are asked for ---- */
+
+/* Eight spots on patches of one kind. Those from count on repeat the first. */
+typedef struct psurf__batch {
+    psurf_kind kind;
+    uint32_t count;
+    const psurf_real *points[8];
+    psurf__spot spot[8];
+} psurf__batch;
+
+/* Weights of a line of samples: r, s and the Bernstein polynomials of degree 2, 3, 4 in them. Sums
+   over r and s swapped have the same bits. */
+typedef struct psurf__weights { psurf_real r, s, b2[3], b3[4], b4[5]; } psurf__weights;
+
+static psurf__weights psurf__weights_at(uint32_t r, uint32_t s, uint32_t d)
+{
+    psurf__weights w;
+    psurf_real rr, ss;
+    w.r = PSURF__R(r) / PSURF__R(d);
+    w.s = PSURF__R(s) / PSURF__R(d);
+    rr = w.r * w.r;
+    ss = w.s * w.s;
+    w.b2[0] = rr;
+    w.b2[1] = 2 * (w.r * w.s);
+    w.b2[2] = ss;
+    w.b3[0] = rr * w.r;
+    w.b3[1] = 3 * (rr * w.s);
+    w.b3[2] = 3 * (ss * w.r);
+    w.b3[3] = ss * w.s;
+    w.b4[0] = rr * rr;
+    w.b4[1] = 4 * ((rr * w.r) * w.s);
+    w.b4[2] = 6 * (rr * ss);
+    w.b4[3] = 4 * ((ss * w.s) * w.r);
+    w.b4[4] = ss * ss;
+    return w;
+}
+
+/* The same of samples first + j of n, for a chunk of j. */
+#define PSURF__CHUNK 72u                /* a multiple of 8: a line of rate 64 is one chunk */
+typedef struct psurf__basis {
+    uint32_t n, first;
+    psurf_real b2[3][PSURF__CHUNK], b3[4][PSURF__CHUNK], b4[5][PSURF__CHUNK];
+} psurf__basis;
+
+/* Where the next sample of each lane goes, and how far from it the one after; the steps grow by
+   bends where lines run across the rows of a triangle. All in reals. */
+typedef struct psurf__cursor {
+    psurf_real *p[8], *n[8];
+    ptrdiff_t p_step[8], n_step[8], p_bend[8], n_bend[8];
+    int bent, interleaved;              /* interleaved: p.xyz n.xyz, all through p */
+} psurf__cursor;
+
+PSURF__INLINE void psurf__advance(psurf__cursor *c)
+{
+    int i;
+    for (i = 0; i < 8; i++) c->p[i] += c->p_step[i];
+    for (i = 0; i < 8 && !c->interleaved; i++) c->n[i] += c->n_step[i];
+    for (i = 0; i < 8 && c->bent; i++) {
+        c->p_step[i] += c->p_bend[i];
+        c->n_step[i] += c->n_bend[i];
+    }
+}
+
+/* Samples with places of their own, to which no cursor moves. */
+typedef enum psurf__apart {
+    PSURF__NONE_APART, PSURF__BORDER_APART, PSURF__ALL_APART
+} psurf__apart;
+
+/* Up to eight facets of one kind, of which the same samples are wanted, and where they go. */
+typedef struct psurf__run psurf__run;
+typedef struct psurf__group {
+    psurf_kind kind;
+    uint32_t count, rate;               /* facets from count on repeat the first */
+    uint32_t facet[8], turn[8];
+    const psurf_real *points[8];
+    int normals;                        /* or positions alone */
+    int border_only;                    /* samples on the facets' edges alone */
+    psurf__apart apart;
+    void (*aim)(const psurf__run *run, uint32_t k, psurf__cursor *cursor);
+    void (*put)(const psurf__run *run, uint32_t lane, uint32_t k, const psurf_real *sample);
+    void *to;
+} psurf__group;
+
+/* A line of samples in work: see chapter 7, lattices. */
+struct psurf__run {
+    const psurf__group *group;
+    psurf__basis *basis;
+    uint32_t sector, d, n;
+    int tensor, edge;                   /* of tensor kinds; on an edge of the facets */
+};
+
+/* How many steps a line of a Pm-patch has less than the line before. */
+static uint32_t psurf__line_step(uint32_t m) { return 6 - m; }
+
+/* The lattice point of a facet's domain at step k of a line, and the way to the next. */
+typedef struct psurf__point { uint32_t x, y; int to_x, to_y; } psurf__point;
+
+static psurf__point psurf__triangle_point(const psurf__run *r, uint32_t first, uint32_t k,
+                                          uint32_t least)
+{
+    uint32_t w[3];
+    int to[3];
+    psurf__point at;
+    w[first] = least + r->n - k;
+    w[(first + 1) % 3] = least + k;
+    w[(first + 2) % 3] = r->d;
+    to[first] = -1;
+    to[(first + 1) % 3] = 1;
+    to[(first + 2) % 3] = 0;
+    at.x = w[1];
+    at.y = w[2];
+    at.to_x = to[1];
+    at.to_y = to[2];
+    return at;
+}
+
+static psurf__point psurf__line_point(const psurf__run *r, uint32_t lane, uint32_t k)
+{
+    static const signed char way[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+    const psurf__group *g = r->group;
+    const uint32_t far = g->rate - r->d, i = r->sector, at_k = r->d + k;
+    psurf__point at;
+    if (g->kind == PSURF_POLAR) return psurf__triangle_point(r, g->turn[lane], k, 0);
+    if (g->kind == PSURF_P3) return psurf__triangle_point(r, i, k, r->d);
+    at.x = k;
+    at.y = r->d;
+    at.to_x = 1;
+    at.to_y = 0;
+    if (g->kind != PSURF_P4) return at;
+    at.x = i == 0 ? at_k : i == 1 ? far : i == 2 ? g->rate - at_k : r->d;
+    at.y = i == 0 ? r->d : i == 1 ? at_k : i == 2 ? far : g->rate - at_k;
+    at.to_x = way[i][0];
+    at.to_y = way[i][1];
+    return at;
+}
+
+/* Of normals, in squares of sines and of lengths: du and dv count as parallel, or need scaling. */
+#define PSURF__PARALLEL (sizeof(psurf_real) == 4 ? PSURF__R(4e-6) : PSURF__R(8e-15))
+#define PSURF__SHORT PSURF__R(1e-20)
+#define PSURF__LONG PSURF__R(1e20)
+
+static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
+                               psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8]);
+
+/* Rows of the 15 points of a sector: where the points of constant distance from the edge begin. */
+static const unsigned char psurf__row[5] = {0, 5, 9, 12, 14};
+
+/* What an instruction set has to offer; all give the same bits. */
+typedef struct psurf__kernels {
+    const char *name;
+    unsigned (*jets)(const psurf__batch *batch, int second, psurf__jet jets[8]);
+    void (*hull)(const psurf__batch *batch, psurf_real low[3][8], psurf_real high[3][8]);
+    void (*lattice)(const psurf__group *group, psurf__basis *basis);
+} psurf__kernels;
+
+/* >>7 KERNELS =================================================================================
+   The arithmetic of evaluation, eight facets or samples side by side: a lane each. This chapter is
+   compiled once per instruction set that may be wanted at run time, by including this file again;
+   what exists once per set has PSURF__K round its name. Lanes never mix, and every set does the
+   same operations in the same order: all give the same bits. */
+
+#endif /* PSURF__ONCE */
+#ifdef PSURF__IMPLEMENTING
+
+/* ---- lanes: the eight reals of an instruction set ---- */
+
+#if !defined(PSURF__ONCE)
+#define PSURF__SET avx2
+#define PSURF__SET_AVX2
+#if defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#elif defined(__GNUC__)
+#pragma GCC push_options
+#pragma GCC target("avx2")
+#endif
+#elif defined(PSURF__SIMD) && defined(__AVX2__)
+#define PSURF__SET avx2
+#define PSURF__SET_AVX2
+#elif defined(PSURF__SIMD_X86)
+#define PSURF__SET sse2
+#define PSURF__SET_SSE2
+#elif defined(PSURF__SIMD)
+#define PSURF__SET neon
+#define PSURF__SET_NEON
+#else
+#define PSURF__SET scalar
+#endif
+
+#ifdef PSURF__ONCE
+#define PSURF__TEXT(x) #x
+#define PSURF__NAME_OF(x) PSURF__TEXT(x)
+#define PSURF__PASTE(name, set) psurf__##name##_##set
+#define PSURF__PASTE_SET(name, set) PSURF__PASTE(name, set)
+#define PSURF__K(name) PSURF__PASTE_SET(name, PSURF__SET)
+#define psurf__lanes PSURF__K(lanes)
+#define psurf__l_load PSURF__K(l_load)          /* eight reals from memory, */
+#define psurf__l_store PSURF__K(l_store)        /* and back */
+#define psurf__l_all PSURF__K(l_all)            /* one real in every lane */
+#define psurf__l_add PSURF__K(l_add)
+#define psurf__l_sub PSURF__K(l_sub)
+#define psurf__l_mul PSURF__K(l_mul)
+#define psurf__l_div PSURF__K(l_div)
+#define psurf__l_sqrt PSURF__K(l_sqrt)
+#define psurf__l_greater PSURF__K(l_greater)    /* bit i: a > b in lane i */
+#define psurf__l_columns PSURF__K(l_columns)    /* lane i of out[k] = p[i][k], k < count >= 8 */
+#define psurf__l_write3 PSURF__K(l_write3)      /* lane i of x, y, z to to[i][0..2] */
+#define psurf__l_write6 PSURF__K(l_write6)      /* the same of six */
+#define psurf__l3 PSURF__K(l3)
+#define psurf__l3_add PSURF__K(l3_add)
+#define psurf__l3_sub PSURF__K(l3_sub)
+#define psurf__l3_mul PSURF__K(l3_mul)
+#define psurf__l3_mad PSURF__K(l3_mad)
+#define psurf__l3_mix PSURF__K(l3_mix)
+#define psurf__l3_cross PSURF__K(l3_cross)
+#define psurf__l3_dot PSURF__K(l3_dot)
+#define psurf__l3_zero PSURF__K(l3_zero)
+#define psurf__l3_store PSURF__K(l3_store)
+#endif
+
+#if defined(PSURF__SET_AVX2)
+
+typedef __m256 psurf__lanes;
+
+PSURF__INLINE psurf__lanes psurf__l_load(const float *p) { return _mm256_loadu_ps(p); }
+PSURF__INLINE void psurf__l_store(float *p, psurf__lanes a) { _mm256_storeu_ps(p, a); }
+PSURF__INLINE psurf__lanes psurf__l_all(float x) { return _mm256_set1_ps(x); }
+PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
+{
+    return _mm256_add_ps(a, b);
+}
+PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
+{
+    return _mm256_sub_ps(a, b);
+}
+PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
+{
+    return _mm256_mul_ps(a, b);
+}
+PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
+{
+    return _mm256_div_ps(a, b);
+}
+PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a) { return _mm256_sqrt_ps(a); }
+PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
+{
+    return (unsigned)_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_GT_OQ));
+}
+
+/* Four reals of lanes i and i+4, side by side. */
+PSURF__INLINE __m256 PSURF__K(pair)(const float *low, const float *high)
+{
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(low)), _mm_loadu_ps(high), 1);
+}
+
+/* Rows of four to columns, in both halves. */
+PSURF__INLINE void PSURF__K(turn)(__m256 a, __m256 b, __m256 c, __m256 d, psurf__lanes *out)
+{
+    const __m256 ab0 = _mm256_unpacklo_ps(a, b), ab2 = _mm256_unpackhi_ps(a, b);
+    const __m256 cd0 = _mm256_unpacklo_ps(c, d), cd2 = _mm256_unpackhi_ps(c, d);
+    out[0] = _mm256_shuffle_ps(ab0, cd0, 0x44);
+    out[1] = _mm256_shuffle_ps(ab0, cd0, 0xEE);
+    out[2] = _mm256_shuffle_ps(ab2, cd2, 0x44);
+    out[3] = _mm256_shuffle_ps(ab2, cd2, 0xEE);
+}
+
+static void psurf__l_columns(const float *const p[8], uint32_t count, psurf__lanes *out)
+{
+    uint32_t i, k;
+    for (i = 0; i < count; i += 4) {
+        k = i + 4 <= count ? i : count - 4;
+        PSURF__K(turn)(PSURF__K(pair)(p[0] + k, p[4] + k), PSURF__K(pair)(p[1] + k, p[5] + k),
+                       PSURF__K(pair)(p[2] + k, p[6] + k), PSURF__K(pair)(p[3] + k, p[7] + k),
+                       out + k);
+    }
+}
+
+PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
+                                   float *const to[8])
+{
+    const __m256 low = _mm256_unpacklo_ps(x, y), high = _mm256_unpackhi_ps(x, y);
+    const __m128 low4 = _mm256_extractf128_ps(low, 1), high4 = _mm256_extractf128_ps(high, 1);
+    float third[8];
+    int i;
+    _mm256_storeu_ps(third, z);
+    _mm_storel_pi((__m64 *)(void *)to[0], _mm256_castps256_ps128(low));
+    _mm_storeh_pi((__m64 *)(void *)to[1], _mm256_castps256_ps128(low));
+    _mm_storel_pi((__m64 *)(void *)to[2], _mm256_castps256_ps128(high));
+    _mm_storeh_pi((__m64 *)(void *)to[3], _mm256_castps256_ps128(high));
+    _mm_storel_pi((__m64 *)(void *)to[4], low4);
+    _mm_storeh_pi((__m64 *)(void *)to[5], low4);
+    _mm_storel_pi((__m64 *)(void *)to[6], high4);
+    _mm_storeh_pi((__m64 *)(void *)to[7], high4);
+    for (i = 0; i < 8; i++) to[i][2] = third[i];
+}
+
+/* The first four reals of two lanes: the halves of a. */
+PSURF__INLINE void PSURF__K(write_two)(__m256 a, float *low, float *high)
+{
+    _mm_storeu_ps(low, _mm256_castps256_ps128(a));
+    _mm_storeu_ps(high, _mm256_extractf128_ps(a, 1));
+}
+
+PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
+{
+    const __m256d a0 = _mm256_castps_pd(_mm256_unpacklo_ps(v[0], v[1]));
+    const __m256d a2 = _mm256_castps_pd(_mm256_unpackhi_ps(v[0], v[1]));
+    const __m256d b0 = _mm256_castps_pd(_mm256_unpacklo_ps(v[2], v[3]));
+    const __m256d b2 = _mm256_castps_pd(_mm256_unpackhi_ps(v[2], v[3]));
+    const __m256 c0 = _mm256_unpacklo_ps(v[4], v[5]), c2 = _mm256_unpackhi_ps(v[4], v[5]);
+    const __m128 c4 = _mm256_extractf128_ps(c0, 1), c6 = _mm256_extractf128_ps(c2, 1);
+    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpacklo_pd(a0, b0)), to[0], to[4]);
+    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpackhi_pd(a0, b0)), to[1], to[5]);
+    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpacklo_pd(a2, b2)), to[2], to[6]);
+    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpackhi_pd(a2, b2)), to[3], to[7]);
+    _mm_storel_pi((__m64 *)(void *)(to[0] + 4), _mm256_castps256_ps128(c0));
+    _mm_storeh_pi((__m64 *)(void *)(to[1] + 4), _mm256_castps256_ps128(c0));
+    _mm_storel_pi((__m64 *)(void *)(to[2] + 4), _mm256_castps256_ps128(c2));
+    _mm_storeh_pi((__m64 *)(void *)(to[3] + 4), _mm256_castps256_ps128(c2));
+    _mm_storel_pi((__m64 *)(void *)(to[4] + 4), c4);
+    _mm_storeh_pi((__m64 *)(void *)(to[5] + 4), c4);
+    _mm_storel_pi((__m64 *)(void *)(to[6] + 4), c6);
+    _mm_storeh_pi((__m64 *)(void *)(to[7] + 4), c6);
+}
+
+#elif defined(PSURF__SET_SSE2)
+
+typedef struct psurf__lanes { __m128 low, high; } psurf__lanes;
+
+PSURF__INLINE psurf__lanes PSURF__K(both)(__m128 low, __m128 high)
+{
+    psurf__lanes a;
+    a.low = low;
+    a.high = high;
+    return a;
+}
+
+PSURF__INLINE psurf__lanes psurf__l_load(const float *p)
+{
+    return PSURF__K(both)(_mm_loadu_ps(p), _mm_loadu_ps(p + 4));
+}
+PSURF__INLINE void psurf__l_store(float *p, psurf__lanes a)
+{
+    _mm_storeu_ps(p, a.low);
+    _mm_storeu_ps(p + 4, a.high);
+}
+PSURF__INLINE psurf__lanes psurf__l_all(float x)
+{
+    return PSURF__K(both)(_mm_set1_ps(x), _mm_set1_ps(x));
+}
+PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
+{
+    return PSURF__K(both)(_mm_add_ps(a.low, b.low), _mm_add_ps(a.high, b.high));
+}
+PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
+{
+    return PSURF__K(both)(_mm_sub_ps(a.low, b.low), _mm_sub_ps(a.high, b.high));
+}
+PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
+{
+    return PSURF__K(both)(_mm_mul_ps(a.low, b.low), _mm_mul_ps(a.high, b.high));
+}
+PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
+{
+    return PSURF__K(both)(_mm_div_ps(a.low, b.low), _mm_div_ps(a.high, b.high));
+}
+PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
+{
+    return PSURF__K(both)(_mm_sqrt_ps(a.low), _mm_sqrt_ps(a.high));
+}
+PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
+{
+    return (unsigned)_mm_movemask_ps(_mm_cmpgt_ps(a.low, b.low)) |
+           (unsigned)_mm_movemask_ps(_mm_cmpgt_ps(a.high, b.high)) << 4;
+}
+
+/* Rows of four to columns: one half of the lanes. */
+PSURF__INLINE void PSURF__K(turn)(const float *const p[4], uint32_t k, __m128 out[4])
+{
+    out[0] = _mm_loadu_ps(p[0] + k);
+    out[1] = _mm_loadu_ps(p[1] + k);
+    out[2] = _mm_loadu_ps(p[2] + k);
+    out[3] = _mm_loadu_ps(p[3] + k);
+    _MM_TRANSPOSE4_PS(out[0], out[1], out[2], out[3]);
+}
+
+static void psurf__l_columns(const float *const p[8], uint32_t count, psurf__lanes *out)
+{
+    uint32_t i, j, k;
+    for (i = 0; i < count; i += 4) {
+        __m128 low[4], high[4];
+        k = i + 4 <= count ? i : count - 4;
+        PSURF__K(turn)(p, k, low);
+        PSURF__K(turn)(p + 4, k, high);
+        for (j = 0; j < 4; j++) out[k + j] = PSURF__K(both)(low[j], high[j]);
+    }
+}
+
+PSURF__INLINE void PSURF__K(write3_half)(__m128 x, __m128 y, __m128 z, float *const to[4])
+{
+    const __m128 low = _mm_unpacklo_ps(x, y), high = _mm_unpackhi_ps(x, y);
+    _mm_storel_pi((__m64 *)(void *)to[0], low);
+    _mm_storeh_pi((__m64 *)(void *)to[1], low);
+    _mm_storel_pi((__m64 *)(void *)to[2], high);
+    _mm_storeh_pi((__m64 *)(void *)to[3], high);
+    _mm_store_ss(to[0] + 2, z);
+    _mm_store_ss(to[1] + 2, _mm_shuffle_ps(z, z, 1));
+    _mm_store_ss(to[2] + 2, _mm_shuffle_ps(z, z, 2));
+    _mm_store_ss(to[3] + 2, _mm_shuffle_ps(z, z, 3));
+}
+
+PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
+                                   float *const to[8])
+{
+    PSURF__K(write3_half)(x.low, y.low, z.low, to);
+    PSURF__K(write3_half)(x.high, y.high, z.high, to + 4);
+}
+
+PSURF__INLINE void PSURF__K(write6_half)(__m128 a, __m128 b, __m128 c, __m128 d, __m128 e,
+                                         __m128 f, float *const to[4])
+{
+    const __m128 last = _mm_unpacklo_ps(e, f), last2 = _mm_unpackhi_ps(e, f);
+    _MM_TRANSPOSE4_PS(a, b, c, d);
+    _mm_storeu_ps(to[0], a);
+    _mm_storeu_ps(to[1], b);
+    _mm_storeu_ps(to[2], c);
+    _mm_storeu_ps(to[3], d);
+    _mm_storel_pi((__m64 *)(void *)(to[0] + 4), last);
+    _mm_storeh_pi((__m64 *)(void *)(to[1] + 4), last);
+    _mm_storel_pi((__m64 *)(void *)(to[2] + 4), last2);
+    _mm_storeh_pi((__m64 *)(void *)(to[3] + 4), last2);
+}
+
+PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
+{
+    PSURF__K(write6_half)(v[0].low, v[1].low, v[2].low, v[3].low, v[4].low, v[5].low, to);
+    PSURF__K(write6_half)(v[0].high, v[1].high, v[2].high, v[3].high, v[4].high, v[5].high, to + 4);
+}
+
+#elif defined(PSURF__SET_NEON)
+
+typedef struct psurf__lanes { float32x4_t low, high; } psurf__lanes;
+
+PSURF__INLINE psurf__lanes PSURF__K(both)(float32x4_t low, float32x4_t high)
+{
+    psurf__lanes a;
+    a.low = low;
+    a.high = high;
+    return a;
+}
+
+PSURF__INLINE psurf__lanes psurf__l_load(const float *p)
+{
+    return PSURF__K(both)(vld1q_f32(p), vld1q_f32(p + 4));
+}
+PSURF__INLINE void psurf__l_store(float *p, psurf__lanes a)
+{
+    vst1q_f32(p, a.low);
+    vst1q_f32(p + 4, a.high);
+}
+PSURF__INLINE psurf__lanes psurf__l_all(float x)
+{
+    return PSURF__K(both)(vdupq_n_f32(x), vdupq_n_f32(x));
+}
+PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
+{
+    return PSURF__K(both)(vaddq_f32(a.low, b.low), vaddq_f32(a.high, b.high));
+}
+PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
+{
+    return PSURF__K(both)(vsubq_f32(a.low, b.low), vsubq_f32(a.high, b.high));
+}
+PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
+{
+    return PSURF__K(both)(vmulq_f32(a.low, b.low), vmulq_f32(a.high, b.high));
+}
+PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
+{
+    return PSURF__K(both)(vdivq_f32(a.low, b.low), vdivq_f32(a.high, b.high));
+}
+PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
+{
+    return PSURF__K(both)(vsqrtq_f32(a.low), vsqrtq_f32(a.high));
+}
+PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
+{
+    static const uint32_t bits[4] = {1, 2, 4, 8};
+    const uint32x4_t bit = vld1q_u32(bits);
+    return vaddvq_u32(vandq_u32(vcgtq_f32(a.low, b.low), bit)) |
+           vaddvq_u32(vandq_u32(vcgtq_f32(a.high, b.high), bit)) << 4;
+}
+
+/* Rows of four to columns: one half of the lanes. */
+PSURF__INLINE void PSURF__K(turn)(float32x4_t *a)
+{
+    const float64x2_t ab0 = vreinterpretq_f64_f32(vtrn1q_f32(a[0], a[1]));
+    const float64x2_t ab1 = vreinterpretq_f64_f32(vtrn2q_f32(a[0], a[1]));
+    const float64x2_t cd0 = vreinterpretq_f64_f32(vtrn1q_f32(a[2], a[3]));
+    const float64x2_t cd1 = vreinterpretq_f64_f32(vtrn2q_f32(a[2], a[3]));
+    a[0] = vreinterpretq_f32_f64(vtrn1q_f64(ab0, cd0));
+    a[1] = vreinterpretq_f32_f64(vtrn1q_f64(ab1, cd1));
+    a[2] = vreinterpretq_f32_f64(vtrn2q_f64(ab0, cd0));
+    a[3] = vreinterpretq_f32_f64(vtrn2q_f64(ab1, cd1));
+}
+
+static void psurf__l_columns(const float *const p[8], uint32_t count, psurf__lanes *out)
+{
+    uint32_t i, j, k;
+    for (i = 0; i < count; i += 4) {
+        float32x4_t low[4], high[4];
+        k = i + 4 <= count ? i : count - 4;
+        for (j = 0; j < 4; j++) {
+            low[j] = vld1q_f32(p[j] + k);
+            high[j] = vld1q_f32(p[j + 4] + k);
+        }
+        PSURF__K(turn)(low);
+        PSURF__K(turn)(high);
+        for (j = 0; j < 4; j++) out[k + j] = PSURF__K(both)(low[j], high[j]);
+    }
+}
+
+PSURF__INLINE void PSURF__K(write3_half)(float32x4_t x, float32x4_t y, float32x4_t z,
+                                         float *const to[4])
+{
+    const float32x4_t low = vzip1q_f32(x, y), high = vzip2q_f32(x, y);
+    vst1_f32(to[0], vget_low_f32(low));
+    vst1_f32(to[1], vget_high_f32(low));
+    vst1_f32(to[2], vget_low_f32(high));
+    vst1_f32(to[3], vget_high_f32(high));
+    vst1q_lane_f32(to[0] + 2, z, 0);
+    vst1q_lane_f32(to[1] + 2, z, 1);
+    vst1q_lane_f32(to[2] + 2, z, 2);
+    vst1q_lane_f32(to[3] + 2, z, 3);
+}
+
+PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
+                                   float *const to[8])
+{
+    PSURF__K(write3_half)(x.low, y.low, z.low, to);
+    PSURF__K(write3_half)(x.high, y.high, z.high, to + 4);
+}
+
+PSURF__INLINE void PSURF__K(write6_half)(float32x4_t *a, float32x4_t e, float32x4_t f,
+                                         float *const to[4])
+{
+    const float32x4_t last = vzip1q_f32(e, f), last2 = vzip2q_f32(e, f);
+    uint32_t i;
+    PSURF__K(turn)(a);
+    for (i = 0; i < 4; i++) vst1q_f32(to[i], a[i]);
+    vst1_f32(to[0] + 4, vget_low_f32(last));
+    vst1_f32(to[1] + 4, vget_high_f32(last));
+    vst1_f32(to[2] + 4, vget_low_f32(last2));
+    vst1_f32(to[3] + 4, vget_high_f32(last2));
+}
+
+PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
+{
+    float32x4_t low[4], high[4];
+    uint32_t i;
+    for (i = 0; i < 4; i++) {
+        low[i] = v[i].low;
+        high[i] = v[i].high;
+    }
+    PSURF__K(write6_half)(low, v[4].low, v[5].low, to);
+    PSURF__K(write6_half)(high, v[4].high, v[5].high, to + 4);
+}
+
+#else
+
+typedef struct psurf__lanes { psurf_real a[8]; } psurf__lanes;
+
+PSURF__INLINE psurf__lanes psurf__l_load(const psurf_real *p)
+{
+    psurf__lanes out;
+    int i;
+    out.a[0] = p[0];
+    for (i = 1; i < 8; i++) out.a[i] = p[i];
+    return out;
+}
+PSURF__INLINE void psurf__l_store(psurf_real *p, psurf__lanes a)
+{
+    int i;
+    for (i = 0; i < 8; i++) p[i] = a.a[i];
+}
+PSURF__INLINE psurf__lanes psurf__l_all(psurf_real x)
+{
+    psurf__lanes out;
+    int i;
+    out.a[0] = x;
+    for (i = 1; i < 8; i++) out.a[i] = x;
+    return out;
+}
+PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
+{
+    int i;
+    for (i = 0; i < 8; i++) a.a[i] += b.a[i];
+    return a;
+}
+PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
+{
+    int i;
+    for (i = 0; i < 8; i++) a.a[i] -= b.a[i];
+    return a;
+}
+PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
+{
+    int i;
+    for (i = 0; i < 8; i++) a.a[i] *= b.a[i];
+    return a;
+}
+PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
+{
+    int i;
+    for (i = 0; i < 8; i++) a.a[i] /= b.a[i];
+    return a;
+}
+PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
+{
+    int i;
+    for (i = 0; i < 8; i++) a.a[i] = psurf__sqrt(a.a[i]);
+    return a;
+}
+PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
+{
+    unsigned bits = 0;
+    int i;
+    for (i = 0; i < 8; i++) bits |= (unsigned)(a.a[i] > b.a[i]) << i;
+    return bits;
+}
+
+static void psurf__l_columns(const psurf_real *const p[8], uint32_t count, psurf__lanes *out)
+{
+    uint32_t k, i;
+    for (k = 0; k < count; k++)
+        for (i = 0; i < 8; i++) out[k].a[i] = p[i][k];
+}
+
+PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
+                                   psurf_real *const to[8])
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        to[i][0] = x.a[i];
+        to[i][1] = y.a[i];
+        to[i][2] = z.a[i];
+    }
+}
+
+PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, psurf_real *const to[8])
+{
+    int i, k;
+    for (i = 0; i < 8; i++)
+        for (k = 0; k < 6; k++) to[i][k] = v[k].a[i];
+}
+
+#endif
+
+/* ---- points, one in every lane ---- */
+
+typedef struct psurf__l3 { psurf__lanes x, y, z; } psurf__l3;
+
+PSURF__INLINE psurf__l3 psurf__l3_zero(void)
+{
+    psurf__l3 a;
+    a.x = a.y = a.z = psurf__l_all(0);
+    return a;
+}
+
+PSURF__INLINE psurf__l3 psurf__l3_add(psurf__l3 a, psurf__l3 b)
+{
+    a.x = psurf__l_add(a.x, b.x);
+    a.y = psurf__l_add(a.y, b.y);
+    a.z = psurf__l_add(a.z, b.z);
+    return a;
+}
+
+PSURF__INLINE psurf__l3 psurf__l3_sub(psurf__l3 a, psurf__l3 b)
+{
+    a.x = psurf__l_sub(a.x, b.x);
+    a.y = psurf__l_sub(a.y, b.y);
+    a.z = psurf__l_sub(a.z, b.z);
+    return a;
+}
+
+PSURF__INLINE psurf__l3 psurf__l3_mul(psurf__l3 a, psurf__lanes s)
+{
+    a.x = psurf__l_mul(a.x, s);
+    a.y = psurf__l_mul(a.y, s);
+    a.z = psurf__l_mul(a.z, s);
+    return a;
+}
+
+/* a + s b */
+PSURF__INLINE psurf__l3 psurf__l3_mad(psurf__l3 a, psurf__lanes s, psurf__l3 b)
+{
+    return psurf__l3_add(a, psurf__l3_mul(b, s));
+}
+
+/* s a + t b */
+PSURF__INLINE psurf__l3 psurf__l3_mix(psurf__lanes s, psurf__l3 a, psurf__lanes t, psurf__l3 b)
+{
+    return psurf__l3_add(psurf__l3_mul(a, s), psurf__l3_mul(b, t));
+}
+
+PSURF__INLINE psurf__lanes psurf__l3_dot(psurf__l3 a, psurf__l3 b)
+{
+    return psurf__l_add(psurf__l_add(psurf__l_mul(a.x, b.x), psurf__l_mul(a.y, b.y)),
+                        psurf__l_mul(a.z, b.z));
+}
+
+PSURF__INLINE psurf__l3 psurf__l3_cross(psurf__l3 a, psurf__l3 b)
+{
+    psurf__l3 c;
+    c.x = psurf__l_sub(psurf__l_mul(a.y, b.z), psurf__l_mul(a.z, b.y));
+    c.y = psurf__l_sub(psurf__l_mul(a.z, b.x), psurf__l_mul(a.x, b.z));
+    c.z = psurf__l_sub(psurf__l_mul(a.x, b.y), psurf__l_mul(a.y, b.x));
+    return c;
+}
+
+/* As rows x, y, z of eight. */
+static void psurf__l3_store(psurf_real out[3][8], psurf__l3 a)
+{
+    psurf__l_store(out[0], a.x);
+    psurf__l_store(out[1], a.y);
+    psurf__l_store(out[2], a.z);
+}
+
+/* Columns 3 k .. 3 k + 2 of p as points, k < count; 3 count is at least 4. */
+static void PSURF__K(points)(const psurf_real *const p[8], uint32_t count, psurf__l3 *out)
+{
+    psurf__lanes columns[3 * PSURF__MAX_POINTS];
+    uint32_t k;
+    psurf__l_columns(p, 3 * count, columns);
+    for (k = 0; k < count; k++) {
+        out[k].x = columns[3 * k];
+        out[k].y = columns[3 * k + 1];
+        out[k].z = columns[3 * k + 2];
+    }
+}
+
+/* ---- nets: the Bezier points of a patch, and of the sectors of a Pm-patch ---- */
+
+/* The points of b301, b202, b103 on the line from a corner to the centre, eq. 3: from the stored
+   points of the sectors that begin and end there. */
+static void PSURF__K(inner_line)(const psurf__l3 *begins, const psurf__l3 *ends, uint32_t m,
+                                 psurf__l3 line[3])
+{
+    const psurf__lanes k1 = psurf__l_all(psurf__sides_table[m].k1);
+    const psurf__lanes k2 = psurf__l_all(psurf__sides_table[m].k2);
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), most = psurf__l_all(PSURF__R(0.75));
+    const psurf__l3 spokes = psurf__l3_add(begins[PSURF__T0], ends[PSURF__T1]);
+    const psurf__l3 b310 = psurf__l3_mix(half, begins[PSURF__V], most, spokes);
+    line[0] = psurf__l3_mix(k1, begins[PSURF__V], k2, b310);
+    line[1] = psurf__l3_mix(k1, line[0], k2,
+                            psurf__l3_add(begins[PSURF__B211], ends[PSURF__B121]));
+    line[2] = psurf__l3_mix(k1, line[1], k2,
+                            psurf__l3_add(begins[PSURF__B112], ends[PSURF__B112]));
+}
+
+/* The 15 points of a sector, rows of constant distance from the edge: b_jkl at row l, place k.
+   v: the vertex where the next sector begins; from, to: the inner lines at both ends. */
+static void PSURF__K(sector_net)(const psurf__l3 *sector, psurf__l3 v, const psurf__l3 from[3],
+                                 const psurf__l3 to[3], psurf__l3 net[15])
+{
+    const psurf__lanes quarter = psurf__l_all(PSURF__R(0.25)), most = psurf__l_all(PSURF__R(0.75));
+    uint32_t l;
+    net[0] = sector[PSURF__V];                                                  /* eq. 2 */
+    net[1] = psurf__l3_mix(quarter, sector[PSURF__V], most, sector[PSURF__T0]);
+    net[2] = psurf__l3_mul(psurf__l3_add(sector[PSURF__T0], sector[PSURF__T1]),
+                           psurf__l_all(PSURF__R(0.5)));
+    net[3] = psurf__l3_mix(quarter, v, most, sector[PSURF__T1]);
+    net[4] = v;
+    net[6] = sector[PSURF__B211];
+    net[7] = sector[PSURF__B121];
+    net[10] = sector[PSURF__B112];
+    for (l = 1; l < 4; l++) {
+        net[psurf__row[l]] = from[l - 1];
+        net[psurf__row[l] + 4 - l] = to[l - 1];
+    }
+    net[14] = psurf__l3_zero();
+}
+
+/* ---- samples: a patch, a sector and weights of its own in every lane ---- */
+
+/* Derivatives are held as one holds them in a jet: p, du, dv, duu, duv, dvv. */
+typedef struct PSURF__K(jet) { psurf__l3 p, du, dv, duu, duv, dvv; } PSURF__K(jet);
+
+/* Bernstein polynomials of degree 3 and 2 at the weights t0 = 1-t and t1 = t. */
+static void PSURF__K(bernstein)(psurf__lanes t0, psurf__lanes t1, psurf__lanes b3[4],
+                                psurf__lanes b2[3])
+{
+    const psurf__lanes three = psurf__l_all(3), two = psurf__l_all(2);
+    b2[0] = psurf__l_mul(t0, t0);
+    b2[1] = psurf__l_mul(two, psurf__l_mul(t0, t1));
+    b2[2] = psurf__l_mul(t1, t1);
+    b3[0] = psurf__l_mul(b2[0], t0);
+    b3[1] = psurf__l_mul(three, psurf__l_mul(b2[0], t1));
+    b3[2] = psurf__l_mul(three, psurf__l_mul(b2[2], t0));
+    b3[3] = psurf__l_mul(b2[2], t1);
+}
+
+/* Value, derivative and, if asked for, second derivative of a cubic. Derivatives come from
+   differences of points, which keep their digits far from the origin. */
+static void PSURF__K(cubic)(const psurf__l3 p[4], const psurf__lanes *b3, const psurf__lanes *b2,
+                            const psurf__lanes t[2], int second, psurf__l3 out[3])
+{
+    const psurf__l3 d0 = psurf__l3_sub(p[1], p[0]), d1 = psurf__l3_sub(p[2], p[1]);
+    const psurf__l3 d2 = psurf__l3_sub(p[3], p[2]);
+    out[0] = psurf__l3_add(psurf__l3_mix(b3[0], p[0], b3[3], p[3]),
+                           psurf__l3_mix(b3[1], p[1], b3[2], p[2]));
+    out[1] = psurf__l3_mul(psurf__l3_mad(psurf__l3_mix(b2[0], d0, b2[1], d1), b2[2], d2),
+                           psurf__l_all(3));
+    if (second)
+        out[2] = psurf__l3_mul(psurf__l3_mix(t[0], psurf__l3_sub(d1, d0),
+                                             t[1], psurf__l3_sub(d2, d1)), psurf__l_all(6));
+}
+
+static void PSURF__K(bicubic_jet)(const psurf__l3 *g, const psurf__lanes w[4], int second,
+                                  PSURF__K(jet) *jet)
+{
+    psurf__lanes u3[4], u2[3], v3[4], v2[3];
+    psurf__l3 rows[3][4], along[3], across[3];
+    uint32_t j;
+    PSURF__K(bernstein)(w[0], w[1], u3, u2);
+    PSURF__K(bernstein)(w[2], w[3], v3, v2);
+    for (j = 0; j < 4; j++) {                           /* rows along u: value and derivatives */
+        PSURF__K(cubic)(g + 4 * j, u3, u2, w, second, along);
+        rows[0][j] = along[0];
+        rows[1][j] = along[1];
+        if (second) rows[2][j] = along[2];
+    }
+    PSURF__K(cubic)(rows[0], v3, v2, w + 2, second, across);
+    jet->p = across[0];
+    jet->dv = across[1];
+    if (second) jet->dvv = across[2];
+    PSURF__K(cubic)(rows[1], v3, v2, w + 2, 0, across);
+    jet->du = across[0];
+    jet->duv = across[1];
+    if (!second) return;
+    PSURF__K(cubic)(rows[2], v3, v2, w + 2, 0, across);
+    jet->duu = across[0];
+}
+
+/* du and its derivatives are divided by 1-v: that is regular up to the pole, where u loses its
+   meaning. So du = S_u/(1-v), duu = S_uu/(1-v), duv = (S_u/(1-v))_v here; psurf__polar_pull knows
+   it. */
+static void PSURF__K(polar_jet)(const psurf__l3 *h, const psurf__lanes w[4], int second,
+                                PSURF__K(jet) *jet)
+{
+    const psurf__lanes two = psurf__l_all(2), three = psurf__l_all(3), six = psurf__l_all(6);
+    psurf__lanes u3[4], u2[3], v3[4], v2[3], weight[3], slope[3];
+    psurf__l3 row[3][3], d0, d1, d2;
+    uint32_t j;
+    PSURF__K(bernstein)(w[0], w[1], u3, u2);
+    PSURF__K(bernstein)(w[2], w[3], v3, v2);
+    weight[0] = v2[0];                                  /* B_j(v)/(1-v), */
+    weight[1] = psurf__l_mul(three, psurf__l_mul(w[2], w[3]));
+    weight[2] = psurf__l_mul(three, v2[2]);
+    slope[0] = psurf__l_mul(psurf__l_all(-2), w[2]);    /* and its derivative */
+    slope[1] = psurf__l_mul(three, psurf__l_sub(w[2], w[3]));
+    slope[2] = psurf__l_mul(six, w[3]);
+    for (j = 0; j < 3; j++) PSURF__K(cubic)(h + 4 * j, u3, u2, w, second, row[j]);
+    d0 = psurf__l3_sub(row[1][0], row[0][0]);
+    d1 = psurf__l3_sub(row[2][0], row[1][0]);
+    d2 = psurf__l3_sub(h[12], row[2][0]);
+    jet->p = psurf__l3_add(psurf__l3_mix(v3[0], row[0][0], v3[3], h[12]),
+                           psurf__l3_mix(v3[1], row[1][0], v3[2], row[2][0]));
+    jet->du = psurf__l3_mad(psurf__l3_mix(weight[0], row[0][1], weight[1], row[1][1]),
+                            weight[2], row[2][1]);
+    jet->dv = psurf__l3_mul(psurf__l3_mad(psurf__l3_mix(v2[0], d0, v2[1], d1), v2[2], d2), three);
+    if (!second) return;
+    jet->duu = psurf__l3_mad(psurf__l3_mix(weight[0], row[0][2], weight[1], row[1][2]),
+                             weight[2], row[2][2]);
+    jet->duv = psurf__l3_mad(psurf__l3_mix(slope[0], row[0][1], slope[1], row[1][1]),
+                             slope[2], row[2][1]);
+    jet->dvv = psurf__l3_mul(psurf__l3_mix(w[2], psurf__l3_sub(d1, d0),
+                                           w[3], psurf__l3_sub(d2, d1)), psurf__l_mul(two, three));
+}
+
+/* Bernstein polynomials of a triangle, row by row as in psurf__row, degree n = 2, 3 or 4. */
+static void PSURF__K(triangle_basis)(const psurf__lanes *w, uint32_t n, psurf__lanes *out)
+{
+    static const unsigned char factor[3][15] = {
+        {1, 2, 1, 2, 2, 1}, {1, 3, 3, 1, 3, 6, 3, 3, 3, 1},
+        {1, 4, 6, 4, 1, 4, 12, 12, 4, 6, 12, 6, 4, 4, 1}
+    };
+    psurf__lanes a[5], b[5], c[5];
+    uint32_t k, l, at = 0;
+    a[0] = b[0] = c[0] = psurf__l_all(1);
+    for (k = 1; k <= n; k++) {
+        a[k] = psurf__l_mul(a[k - 1], w[0]);
+        b[k] = psurf__l_mul(b[k - 1], w[1]);
+        c[k] = psurf__l_mul(c[k - 1], w[2]);
+    }
+    for (l = 0; l <= n; l++)
+        for (k = 0; k + l <= n; k++, at++)
+            out[at] = psurf__l_mul(psurf__l_all(PSURF__R(factor[n - 2][at])),
+                                   psurf__l_mul(psurf__l_mul(a[n - k - l], b[k]), c[l]));
+}
+
+/* The difference of net points from place (k, l) of the next lower degree, along the edge (0) or
+   towards the centre (1). */
+PSURF__INLINE psurf__l3 PSURF__K(step)(const psurf__l3 *net, uint32_t k, uint32_t l, int across)
+{
+    const psurf__l3 *from = net + psurf__row[l] + k;
+    return psurf__l3_sub(across ? net[psurf__row[l + 1] + k] : from[1], *from);
+}
+
+static void PSURF__K(sector_second)(const psurf__l3 *net, const psurf__lanes *w,
+                                    PSURF__K(jet) *jet)
+{
+    psurf__lanes b2[6];
+    uint32_t k, l, at = 0;
+    PSURF__K(triangle_basis)(w, 2, b2);
+    jet->duu = jet->duv = jet->dvv = psurf__l3_zero();
+    for (l = 0; l < 3; l++)
+        for (k = 0; k + l < 3; k++, at++) {
+            const psurf__lanes weight = psurf__l_mul(psurf__l_all(12), b2[at]);
+            const psurf__l3 u = PSURF__K(step)(net, k, l, 0), v = PSURF__K(step)(net, k, l, 1);
+            const psurf__l3 next = PSURF__K(step)(net, k + 1, l, 0);
+            const psurf__l3 above = PSURF__K(step)(net, k, l + 1, 0);
+            const psurf__l3 beyond = PSURF__K(step)(net, k, l + 1, 1);
+            jet->duu = psurf__l3_mad(jet->duu, weight, psurf__l3_sub(next, u));
+            jet->duv = psurf__l3_mad(jet->duv, weight, psurf__l3_sub(above, u));
+            jet->dvv = psurf__l3_mad(jet->dvv, weight, psurf__l3_sub(beyond, v));
+        }
+}
+
+/* Parameters of a sector: u = weight of corner i+1, v = weight of the centre, relative to which the
+   net is given. */
+static void PSURF__K(sector_jet)(const psurf__l3 *net, psurf__l3 centre, const psurf__lanes *w,
+                                 int second, PSURF__K(jet) *jet)
+{
+    const psurf__lanes four = psurf__l_all(4);
+    psurf__lanes b4[15], b3[10];
+    uint32_t k, l, at = 0;
+    PSURF__K(triangle_basis)(w, 4, b4);
+    PSURF__K(triangle_basis)(w, 3, b3);
+    jet->p = jet->du = jet->dv = psurf__l3_zero();
+    for (k = 0; k < 15; k++) jet->p = psurf__l3_mad(jet->p, b4[k], net[k]);
+    jet->p = psurf__l3_add(jet->p, centre);
+    for (l = 0; l < 4; l++)
+        for (k = 0; k + l < 4; k++, at++) {
+            const psurf__lanes weight = psurf__l_mul(four, b3[at]);
+            jet->du = psurf__l3_mad(jet->du, weight, PSURF__K(step)(net, k, l, 0));
+            jet->dv = psurf__l3_mad(jet->dv, weight, PSURF__K(step)(net, k, l, 1));
+        }
+    if (second) PSURF__K(sector_second)(net, w, jet);
+}
+
+/* The net of the sector that each lane's spot lies in, relative to the centre. */
+static psurf__l3 PSURF__K(spot_net)(const psurf__batch *b, uint32_t m, psurf__l3 net[15])
+{
+    const psurf_real *p[8], *last[8];
+    psurf__l3 sector[3][PSURF__SECTOR], tail[2], from[3], to[3];
+    uint32_t i, j;
+    for (i = 0; i < 8; i++) last[i] = b->points[i] + 3 * (PSURF__SECTOR * m - 1);
+    PSURF__K(points)(last, 2, tail);
+    for (j = 0; j < 3; j++) {                           /* sectors i, i+1 and i-1 */
+        for (i = 0; i < 8; i++) {
+            const uint32_t s = b->spot[i].sector;
+            p[i] = b->points[i] + 3 * PSURF__SECTOR * (j == 0   ? s
+                                                       : j == 1 ? psurf__following(s, m)
+                                                                : psurf__preceding(s, m));
+        }
+        PSURF__K(points)(p, PSURF__SECTOR, sector[j]);
+        for (i = 0; i < PSURF__SECTOR; i++)
+            sector[j][i] = psurf__l3_sub(sector[j][i], tail[1]);
+    }
+    PSURF__K(inner_line)(sector[0], sector[2], m, from);
+    PSURF__K(inner_line)(sector[1], sector[0], m, to);
+    PSURF__K(sector_net)(sector[0], sector[1][PSURF__V], from, to, net);
+    return tail[1];
+}
+
+static void PSURF__K(batch_jet)(const psurf__batch *b, const psurf__lanes w[4], int second,
+                                PSURF__K(jet) *jet)
+{
+    psurf__l3 net[PSURF__MAX_NET], centre;
+    if (b->kind == PSURF_BICUBIC) {
+        PSURF__K(points)(b->points, 16, net);
+        PSURF__K(bicubic_jet)(net, w, second, jet);
+    } else if (b->kind == PSURF_POLAR) {
+        PSURF__K(points)(b->points, 13, net);
+        PSURF__K(polar_jet)(net, w, second, jet);
+    } else {
+        centre = PSURF__K(spot_net)(b, psurf__kind_sides(b->kind), net);
+        PSURF__K(sector_jet)(net, centre, w, second, jet);
+    }
+}
+
+static void PSURF__K(scatter)(psurf__l3 a, psurf__jet *jets, size_t place)
+{
+    psurf_real rows[3][8];
+    uint32_t i;
+    psurf__l3_store(rows, a);
+    for (i = 0; i < 8; i++) {
+        psurf__v3 *to = (psurf__v3 *)(void *)((char *)&jets[i] + place);
+        to->x = rows[0][i];
+        to->y = rows[1][i];
+        to->z = rows[2][i];
+    }
+}
+
+/* du x dv at unit length. Returns the lanes (bits) where psurf__unit_cross has to look closer. */
+static unsigned PSURF__K(unit_cross)(psurf__l3 du, psurf__l3 dv, psurf__l3 *n)
+{
+    const psurf_real eps = PSURF__PARALLEL;
+    const psurf__l3 cross = psurf__l3_cross(du, dv);
+    const psurf__lanes q = psurf__l3_dot(cross, cross);
+    const psurf__lanes lengths = psurf__l_mul(psurf__l3_dot(du, du), psurf__l3_dot(dv, dv));
+    *n = psurf__l3_mul(cross, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
+    return ~(psurf__l_greater(q, psurf__l_mul(psurf__l_all(eps * eps), lengths)) &
+             psurf__l_greater(lengths, psurf__l_all(PSURF__SHORT)) &
+             psurf__l_greater(psurf__l_all(PSURF__LONG), lengths)) & 0xFFu;
+}
+
+/* What the surface does at eight spots of one kind of patch. Returns the lanes (bits) whose normal
+   is not told by du and dv alone. */
+static unsigned PSURF__K(jets)(const psurf__batch *b, int second, psurf__jet jets[8])
+{
+    psurf_real weights[4][8];
+    psurf__lanes w[4];
+    psurf__l3 normal;
+    PSURF__K(jet) jet;
+    unsigned unsure;
+    uint32_t i, k;
+    for (k = 0; k < 4; k++) {
+        for (i = 0; i < 8; i++) weights[k][i] = b->spot[i].w[k];
+        w[k] = psurf__l_load(weights[k]);
+    }
+    jet.duu = jet.duv = jet.dvv = psurf__l3_zero();
+    PSURF__K(batch_jet)(b, w, second, &jet);
+    unsure = PSURF__K(unit_cross)(jet.du, jet.dv, &normal);
+    PSURF__K(scatter)(normal, jets, offsetof(psurf__jet, n));
+    PSURF__K(scatter)(jet.p, jets, offsetof(psurf__jet, p));
+    PSURF__K(scatter)(jet.du, jets, offsetof(psurf__jet, du));
+    PSURF__K(scatter)(jet.dv, jets, offsetof(psurf__jet, dv));
+    if (!second) return unsure;
+    PSURF__K(scatter)(jet.duu, jets, offsetof(psurf__jet, duu));
+    PSURF__K(scatter)(jet.duv, jets, offsetof(psurf__jet, duv));
+    PSURF__K(scatter)(jet.dvv, jets, offsetof(psurf__jet, dvv));
+    return unsure;
+}
+
+/* The box of the Bezier points round each lane's spot. */
+static void PSURF__K(hull)(const psurf__batch *b, psurf_real low[3][8], psurf_real high[3][8])
+{
+    const uint32_t m = psurf__kind_sides(b->kind);
+    const int tensor = b->kind == PSURF_BICUBIC || b->kind == PSURF_POLAR;
+    const uint32_t count = tensor ? psurf__kind_table[b->kind].points : 15;
+    psurf_real p[3][8];
+    psurf__l3 net[PSURF__MAX_NET], origin = psurf__l3_zero();
+    uint32_t i, j, k;
+    if (tensor) PSURF__K(points)(b->points, count, net);
+    else origin = PSURF__K(spot_net)(b, m, net);
+    for (j = 0; j < count; j++) {
+        psurf__l3_store(p, psurf__l3_add(net[j], origin));
+        for (k = 0; k < 3; k++)
+            for (i = 0; i < 8; i++) {
+                if (j == 0 || p[k][i] < low[k][i]) low[k][i] = p[k][i];
+                if (j == 0 || p[k][i] > high[k][i]) high[k][i] = p[k][i];
+            }
+    }
+}
+
+/* ---- lattices: eight patches of one kind, the same samples of each ----
+
+   Samples are made line by line. A line d has one weight in common: d/rate towards the far side of
+   a quad or the pole, (rate - n)/rate towards the centre of a Pm-patch; n is its number of steps k
+   along the edge. What depends on d alone becomes the points of three curves: p that of positions,
+   u and w those of the derivatives along and across the line, all but their lengths. */
+
+typedef struct PSURF__K(line) {
+    psurf__l3 p[5], u[4], w[4], origin;
+    psurf__l3 ends[2];                          /* where it ends on sides of the patch */
+    psurf__lanes parallel;                      /* of the facets */
+} PSURF__K(line);
+
+/* Eight patches with what their lines have in common. */
+typedef struct PSURF__K(facets) {
+    psurf__l3 points[PSURF__MAX_POINTS];        /* as they are stored */
+    psurf__l3 local[PSURF__MAX_POINTS];         /* relative to the origin */
+    psurf__l3 origin;
+    psurf__lanes parallel;                      /* normals whose square is not above need a look */
+    psurf__l3 inner[PSURF__MAX_SECTORS][3];     /* lines from the corners to the centre */
+    psurf__l3 curve[4][5], across[4][4];        /* the open sector's rows and steps between them */
+} PSURF__K(facets);
+
+/* Where du and dv may be parallel: q <= eps^2 |du|^2 |dv|^2. With a bound of the lengths, told by
+   how far the points lie apart, most samples need no closer look; see psurf__unit_cross. */
+static void PSURF__K(find_parallel)(PSURF__K(facets) *f, uint32_t count)
+{
+    const psurf_real eps = PSURF__PARALLEL, zero = 0;
+    psurf_real extent[8], far[8];
+    uint32_t i, k;
+    for (i = 0; i < 8; i++) extent[i] = 0;
+    for (k = 0; k < count; k++) {
+        psurf__l_store(far, psurf__l3_dot(f->local[k], f->local[k]));
+        for (i = 0; i < 8; i++) extent[i] = extent[i] >= far[i] ? extent[i] : far[i];
+    }
+    for (i = 0; i < 8; i++) {                           /* |du| |dv| <= 16 times the extent */
+        const psurf_real lengths = 256 * (extent[i] * extent[i]), q = eps * eps * lengths;
+        extent[i] = !(lengths < PSURF__LONG) ? 1 / zero : q > PSURF__SHORT ? q : PSURF__SHORT;
+    }
+    f->parallel = psurf__l_load(extent);
+}
+
+static void PSURF__K(open_facets)(const psurf__group *g, PSURF__K(facets) *f)
+{
+    const uint32_t count = psurf__kind_table[g->kind].points, m = psurf__kind_sides(g->kind);
+    uint32_t i;
+    PSURF__K(points)(g->points, count, f->points);
+    f->origin = f->points[g->kind == PSURF_BICUBIC ? 0 : count - 1];
+    for (i = 0; i < count; i++) f->local[i] = psurf__l3_sub(f->points[i], f->origin);
+    PSURF__K(find_parallel)(f, count);
+    if (g->kind == PSURF_BICUBIC || g->kind == PSURF_POLAR) return;
+    for (i = 0; i < m; i++)
+        PSURF__K(inner_line)(f->local + PSURF__SECTOR * i,
+                             f->local + PSURF__SECTOR * psurf__preceding(i, m), m, f->inner[i]);
+}
+
+/* The rows of a sector's net as quartics, and the steps from row to row as cubics. */
+static void PSURF__K(open_sector)(PSURF__K(facets) *f, uint32_t m, uint32_t i)
+{
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), quarter = psurf__l_all(PSURF__R(0.25));
+    const psurf__lanes most = psurf__l_all(PSURF__R(0.75)), third = psurf__l_all(PSURF__R(1.0 / 3));
+    const psurf__lanes two_thirds = psurf__l_all(PSURF__R(2.0 / 3));
+    const psurf__lanes sixth = psurf__l_all(PSURF__R(1.0 / 6));
+    const uint32_t j = psurf__following(i, m);
+    psurf__l3 net[15], step[3];
+    const psurf__l3 *row;
+    uint32_t k;
+    PSURF__K(sector_net)(f->local + PSURF__SECTOR * i, f->local[PSURF__SECTOR * j], f->inner[i],
+                         f->inner[j], net);
+    for (k = 0; k < 5; k++) f->curve[0][k] = net[k];
+    row = net + psurf__row[1];
+    f->curve[1][0] = row[0];
+    f->curve[1][1] = psurf__l3_mix(quarter, row[0], most, row[1]);
+    f->curve[1][2] = psurf__l3_mul(psurf__l3_add(row[1], row[2]), half);
+    f->curve[1][3] = psurf__l3_mix(most, row[2], quarter, row[3]);
+    f->curve[1][4] = row[3];
+    row = net + psurf__row[2];
+    f->curve[2][0] = row[0];
+    f->curve[2][1] = psurf__l3_mul(psurf__l3_add(row[0], row[1]), half);
+    f->curve[2][2] = psurf__l3_mad(psurf__l3_mul(psurf__l3_add(row[0], row[2]), sixth),
+                                   two_thirds, row[1]);
+    f->curve[2][3] = psurf__l3_mul(psurf__l3_add(row[1], row[2]), half);
+    f->curve[2][4] = row[2];
+    row = net + psurf__row[3];
+    f->curve[3][0] = row[0];
+    f->curve[3][1] = psurf__l3_mix(most, row[0], quarter, row[1]);
+    f->curve[3][2] = psurf__l3_mul(psurf__l3_add(row[0], row[1]), half);
+    f->curve[3][3] = psurf__l3_mix(quarter, row[0], most, row[1]);
+    f->curve[3][4] = row[1];
+    for (k = 0; k < 4; k++) f->across[0][k] = PSURF__K(step)(net, k, 0, 1);
+    for (k = 0; k < 3; k++) step[k] = PSURF__K(step)(net, k, 1, 1);
+    f->across[1][0] = step[0];
+    f->across[1][1] = psurf__l3_mix(third, step[0], two_thirds, step[1]);
+    f->across[1][2] = psurf__l3_mix(two_thirds, step[1], third, step[2]);
+    f->across[1][3] = step[2];
+    for (k = 0; k < 2; k++) step[k] = PSURF__K(step)(net, k, 2, 1);
+    f->across[2][0] = step[0];
+    f->across[2][1] = psurf__l3_mix(two_thirds, step[0], third, step[1]);
+    f->across[2][2] = psurf__l3_mix(third, step[0], two_thirds, step[1]);
+    f->across[2][3] = step[1];
+    f->across[3][0] = f->across[3][1] = f->across[3][2] = f->across[3][3] =
+        PSURF__K(step)(net, 0, 3, 1);
+}
+
+/* A cubic at fixed weights, in the order of psurf__edge_point: lines end on edges. */
+PSURF__INLINE psurf__l3 PSURF__K(cubic_at)(const psurf__lanes b[4], psurf__l3 v0, psurf__l3 t0,
+                                           psurf__l3 t1, psurf__l3 v1)
+{
+    return psurf__l3_add(psurf__l3_mix(b[0], v0, b[3], v1), psurf__l3_mix(b[1], t0, b[2], t1));
+}
+
+PSURF__INLINE psurf__l3 PSURF__K(quadratic_at)(const psurf__lanes b[3], psurf__l3 d0, psurf__l3 d1,
+                                               psurf__l3 d2)
+{
+    return psurf__l3_mad(psurf__l3_mix(b[0], d0, b[1], d1), b[2], d2);
+}
+
+static void PSURF__K(spread)(const psurf_real *from, uint32_t count, psurf__lanes *to)
+{
+    uint32_t i;
+    for (i = 0; i < count; i++) to[i] = psurf__l_all(from[i]);
+}
+
+/* The points of a line on an edge are those of the patch as they are stored. */
+static void PSURF__K(edge_line)(psurf__l3 v0, psurf__l3 t0, psurf__l3 t1, psurf__l3 v1,
+                                PSURF__K(line) *line)
+{
+    line->p[0] = line->ends[0] = v0;
+    line->p[1] = t0;
+    line->p[2] = t1;
+    line->p[3] = line->ends[1] = v1;
+}
+
+static void PSURF__K(bicubic_line)(const PSURF__K(facets) *f, const psurf__run *r,
+                                   const psurf__weights *at, PSURF__K(line) *line)
+{
+    const psurf__l3 *g = f->local, *a = f->points;
+    psurf__lanes b3[4], b2[3];
+    uint32_t i;
+    PSURF__K(spread)(at->b3, 4, b3);
+    PSURF__K(spread)(at->b2, 3, b2);
+    for (i = 0; i < 4; i++) {
+        line->p[i] = PSURF__K(cubic_at)(b3, g[i], g[4 + i], g[8 + i], g[12 + i]);
+        line->w[i] = PSURF__K(quadratic_at)(b2, psurf__l3_sub(g[4 + i], g[i]),
+                                            psurf__l3_sub(g[8 + i], g[4 + i]),
+                                            psurf__l3_sub(g[12 + i], g[8 + i]));
+    }
+    for (i = 0; i < 3; i++) line->u[i] = psurf__l3_sub(line->p[i + 1], line->p[i]);
+    if (r->edge) a += r->d ? 12 : 0;
+    if (r->edge) PSURF__K(edge_line)(a[0], a[1], a[2], a[3], line);
+    else {
+        line->ends[0] = PSURF__K(cubic_at)(b3, a[0], a[4], a[8], a[12]);
+        line->ends[1] = PSURF__K(cubic_at)(b3, a[3], a[7], a[11], a[15]);
+    }
+}
+
+/* The pole is the origin; u is divided by 1-v, as in polar_jet. The line at the pole is its point
+   four times. */
+static void PSURF__K(polar_line)(const PSURF__K(facets) *f, const psurf__run *r,
+                                 const psurf__weights *at, PSURF__K(line) *line)
+{
+    const psurf__l3 *h = f->local, *a = f->points;
+    const psurf__lanes three = psurf__l_all(3);
+    psurf__lanes b3[4], b2[3], over[3];
+    uint32_t i;
+    PSURF__K(spread)(at->b3, 4, b3);
+    PSURF__K(spread)(at->b2, 3, b2);
+    over[0] = b2[0];
+    over[1] = psurf__l_mul(three, psurf__l_all(at->r * at->s));
+    over[2] = psurf__l_mul(three, b2[2]);
+    for (i = 0; i < 4; i++) {
+        line->p[i] = PSURF__K(cubic_at)(b3, h[i], h[4 + i], h[8 + i], h[12]);
+        line->w[i] = PSURF__K(quadratic_at)(b2, psurf__l3_sub(h[4 + i], h[i]),
+                                            psurf__l3_sub(h[8 + i], h[4 + i]),
+                                            psurf__l3_sub(h[12], h[8 + i]));
+    }
+    for (i = 0; i < 3; i++)
+        line->u[i] = PSURF__K(quadratic_at)(over, psurf__l3_sub(h[i + 1], h[i]),
+                                            psurf__l3_sub(h[i + 5], h[i + 4]),
+                                            psurf__l3_sub(h[i + 9], h[i + 8]));
+    if (r->edge && r->d == 0) PSURF__K(edge_line)(a[0], a[1], a[2], a[3], line);
+    else if (r->edge) PSURF__K(edge_line)(a[12], a[12], a[12], a[12], line);
+    else {
+        line->ends[0] = PSURF__K(cubic_at)(b3, a[0], a[4], a[8], a[12]);
+        line->ends[1] = PSURF__K(cubic_at)(b3, a[3], a[7], a[11], a[12]);
+    }
+}
+
+/* A line of the open sector; at->s is the weight of the centre. There u vanishes: it takes the
+   direction that it has near by. */
+static void PSURF__K(sector_line)(const PSURF__K(facets) *f, const psurf__run *r, uint32_t m,
+                                  const psurf__weights *at, PSURF__K(line) *line)
+{
+    const psurf__l3 *a = f->points + PSURF__SECTOR * r->sector;
+    psurf__lanes b3[4], b4[5];
+    uint32_t k;
+    PSURF__K(spread)(at->b3, 4, b3);
+    PSURF__K(spread)(at->b4, 5, b4);
+    for (k = 0; k < 5; k++)
+        line->p[k] = psurf__l3_add(psurf__l3_mix(b4[0], f->curve[0][k], b4[1], f->curve[1][k]),
+                                   psurf__l3_mix(b4[2], f->curve[2][k], b4[3], f->curve[3][k]));
+    for (k = 0; k < 4; k++) {
+        line->u[k] = psurf__l3_sub(line->p[k + 1], line->p[k]);
+        line->w[k] = PSURF__K(cubic_at)(b3, f->across[0][k], f->across[1][k], f->across[2][k],
+                                        f->across[3][k]);
+        if (r->n == 0) line->u[k] = psurf__l3_sub(f->curve[3][4], f->curve[3][0]);
+    }
+    if (r->edge)
+        PSURF__K(edge_line)(a[PSURF__V], a[PSURF__T0], a[PSURF__T1],
+                            f->points[PSURF__SECTOR * psurf__following(r->sector, m)], line);
+}
+
+/* Weights of a chunk of samples k/n, eight at a time: r, s = (n-k)/n, k/n; at the pole, n = 0, the
+   middle. */
+static void PSURF__K(fill_basis)(psurf__basis *basis, uint32_t n, uint32_t first)
+{
+    const psurf__lanes three = psurf__l_all(3), four = psurf__l_all(4);
+    const psurf__lanes all = psurf__l_all(n ? PSURF__R(n) : 2);
+    psurf_real steps[8];
+    uint32_t k, i;
+    basis->n = n;
+    basis->first = first;
+    for (k = 0; k < PSURF__CHUNK && first + k <= n; k += 8) {
+        psurf__lanes r, s, rr, rs, ss, rrr, sss;
+        for (i = 0; i < 8; i++) steps[i] = n ? PSURF__R(first + k + i) : 1;
+        s = psurf__l_load(steps);
+        r = psurf__l_div(psurf__l_sub(all, s), all);
+        s = psurf__l_div(s, all);
+        rr = psurf__l_mul(r, r);
+        rs = psurf__l_mul(r, s);
+        ss = psurf__l_mul(s, s);
+        rrr = psurf__l_mul(rr, r);
+        sss = psurf__l_mul(ss, s);
+        psurf__l_store(basis->b2[0] + k, rr);
+        psurf__l_store(basis->b2[1] + k, psurf__l_add(rs, rs));
+        psurf__l_store(basis->b2[2] + k, ss);
+        psurf__l_store(basis->b3[0] + k, rrr);
+        psurf__l_store(basis->b3[1] + k, psurf__l_mul(three, psurf__l_mul(rr, s)));
+        psurf__l_store(basis->b3[2] + k, psurf__l_mul(three, psurf__l_mul(ss, r)));
+        psurf__l_store(basis->b3[3] + k, sss);
+        psurf__l_store(basis->b4[0] + k, psurf__l_mul(rr, rr));
+        psurf__l_store(basis->b4[1] + k, psurf__l_mul(four, psurf__l_mul(rrr, s)));
+        psurf__l_store(basis->b4[2] + k, psurf__l_mul(psurf__l_all(6), psurf__l_mul(rr, ss)));
+        psurf__l_store(basis->b4[3] + k, psurf__l_mul(four, psurf__l_mul(sss, r)));
+        psurf__l_store(basis->b4[4] + k, psurf__l_mul(ss, ss));
+    }
+}
+
+/* Looks closer at the normals of some lanes, bits of unsure. */
+static void PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, psurf__l3 w,
+                           unsigned unsure, psurf__l3 *n)
+{
+    psurf_real us[3][8], ws[3][8], ns[3][8];
+    uint32_t i;
+    psurf__l3_store(us, u);
+    psurf__l3_store(ws, w);
+    psurf__l3_store(ns, *n);
+    for (i = 0; i < r->group->count; i++)
+        if (unsure >> i & 1) psurf__mend_normal(r, k, i, us, ws, ns);
+    n->x = psurf__l_load(ns[0]);
+    n->y = psurf__l_load(ns[1]);
+    n->z = psurf__l_load(ns[2]);
+}
+
+/* Sums of a curve's points at place j of a table, in the order of psurf__edge_point. */
+PSURF__INLINE psurf__l3 PSURF__K(cubic_sum)(const psurf__basis *t, uint32_t j, const psurf__l3 *p)
+{
+    return psurf__l3_add(psurf__l3_mix(psurf__l_all(t->b3[0][j]), p[0],
+                                       psurf__l_all(t->b3[3][j]), p[3]),
+                         psurf__l3_mix(psurf__l_all(t->b3[1][j]), p[1],
+                                       psurf__l_all(t->b3[2][j]), p[2]));
+}
+
+PSURF__INLINE psurf__l3 PSURF__K(quadratic_sum)(const psurf__basis *t, uint32_t j,
+                                                const psurf__l3 *p)
+{
+    return psurf__l3_mad(psurf__l3_mix(psurf__l_all(t->b2[0][j]), p[0],
+                                       psurf__l_all(t->b2[1][j]), p[1]),
+                         psurf__l_all(t->b2[2][j]), p[2]);
+}
+
+PSURF__INLINE psurf__l3 PSURF__K(quartic_sum)(const psurf__basis *t, uint32_t j,
+                                              const psurf__l3 *p)
+{
+    const psurf__l3 outer = psurf__l3_mix(psurf__l_all(t->b4[0][j]), p[0],
+                                          psurf__l_all(t->b4[4][j]), p[4]);
+    const psurf__l3 inner = psurf__l3_mix(psurf__l_all(t->b4[1][j]), p[1],
+                                          psurf__l_all(t->b4[3][j]), p[3]);
+    return psurf__l3_mad(psurf__l3_add(outer, inner), psurf__l_all(t->b4[2][j]), p[2]);
+}
+
+/* Samples k0 .. k1-1 of a line to where the cursor points. tensor: p is cubic and u quadratic, else
+   p quartic and u cubic; edge: p is cubic and without origin. */
+PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(line) *line,
+                                     uint32_t k0, uint32_t k1, int tensor, int edge, int normals,
+                                     psurf__cursor *c)
+{
+    uint32_t k;
+    for (k = k0; k < k1; k++) {
+        const uint32_t j = k - r->basis->first;
+        psurf__lanes v[6];
+        psurf__l3 p;
+        if (tensor || edge) p = PSURF__K(cubic_sum)(r->basis, j, line->p);
+        else p = PSURF__K(quartic_sum)(r->basis, j, line->p);
+        if (!edge) p = psurf__l3_add(line->origin, p);
+        if ((tensor || edge) && k == 0) p = line->ends[0];
+        if ((tensor || edge) && k == r->n) p = line->ends[1];
+        v[0] = p.x;
+        v[1] = p.y;
+        v[2] = p.z;
+        if (normals) {
+            const psurf__l3 w = PSURF__K(cubic_sum)(r->basis, j, line->w);
+            const psurf__l3 u = tensor ? PSURF__K(quadratic_sum)(r->basis, j, line->u)
+                                       : PSURF__K(cubic_sum)(r->basis, j, line->u);
+            const psurf__l3 cross = psurf__l3_cross(u, w);
+            const psurf__lanes q = psurf__l3_dot(cross, cross);
+            const unsigned sure = psurf__l_greater(q, line->parallel);
+            psurf__l3 n = psurf__l3_mul(cross, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
+            if (sure != 0xFFu) PSURF__K(mend)(r, k, u, w, ~sure, &n);
+            v[3] = n.x;
+            v[4] = n.y;
+            v[5] = n.z;
+        }
+        if (normals && c->interleaved) {
+            psurf__l_write6(v, c->p);
+        } else {
+            psurf__l_write3(v[0], v[1], v[2], c->p);
+            if (normals) psurf__l_write3(v[3], v[4], v[5], c->n);
+        }
+        psurf__advance(c);
+    }
+}
+
+static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                                  uint32_t k1, psurf__cursor *c)
+{
+    switch ((r->tensor ? 4 : 0) + (r->edge ? 2 : 0) + (r->group->normals ? 1 : 0)) {
+    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, 0, c); return;
+    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, 1, c); return;
+    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 1, 0, c); return;
+    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, 1, c); return;
+    case 4: PSURF__K(samples)(r, line, k0, k1, 1, 0, 0, c); return;
+    case 5: PSURF__K(samples)(r, line, k0, k1, 1, 0, 1, c); return;
+    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 1, 0, c); return;
+    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, 1, c); return;
+    }
+}
+
+/* Samples that have places of their own: one by one, lane by lane. */
+static void PSURF__K(put_apart)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                                uint32_t k1)
+{
+    psurf_real store[8][6];
+    psurf__cursor c;
+    uint32_t i, k;
+    for (i = 0; i < 8; i++) {
+        c.p[i] = store[i];
+        c.n[i] = store[i] + 3;
+        c.p_step[i] = c.n_step[i] = 0;
+    }
+    c.bent = 0;
+    c.interleaved = r->group->normals;
+    for (k = k0; k < k1; k++) {
+        PSURF__K(any_samples)(r, line, k, k + 1, &c);
+        for (i = 0; i < r->group->count; i++) r->group->put(r, i, k, store[i]);
+    }
+}
+
+/* Samples k0 .. k1-1 of a line, all of one chunk, to their places. */
+static void PSURF__K(put)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                          uint32_t k1)
+{
+    const psurf__apart apart = r->group->apart;
+    psurf__cursor c;
+    if (apart == PSURF__ALL_APART || (apart == PSURF__BORDER_APART && r->edge)) {
+        PSURF__K(put_apart)(r, line, k0, k1);
+        return;
+    }
+    if (apart == PSURF__BORDER_APART && r->tensor && k0 == 0) PSURF__K(put_apart)(r, line, k0++, 1);
+    if (apart == PSURF__BORDER_APART && r->tensor && k1 == r->n + 1) {
+        k1--;
+        PSURF__K(put_apart)(r, line, k1, k1 + 1);
+    }
+    if (k0 >= k1) return;
+    r->group->aim(r, k0, &c);
+    PSURF__K(any_samples)(r, line, k0, k1, &c);
+}
+
+/* Samples k0 .. k1-1 of a line, in chunks. */
+static void PSURF__K(put_line)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                               uint32_t k1)
+{
+    psurf__basis *basis = r->basis;
+    uint32_t first = k0 - k0 % PSURF__CHUNK;
+    for (; first < k1; first += PSURF__CHUNK) {
+        const uint32_t end = first + PSURF__CHUNK < k1 ? first + PSURF__CHUNK : k1;
+        if (basis->n != r->n || basis->first != first) PSURF__K(fill_basis)(basis, r->n, first);
+        PSURF__K(put)(r, line, k0 > first ? k0 : first, end);
+    }
+}
+
+static void PSURF__K(tensor_line)(const PSURF__K(facets) *f, psurf__run *r)
+{
+    const uint32_t rate = r->group->rate;
+    const psurf__weights at = psurf__weights_at(rate - r->d, r->d, rate);
+    const int polar = r->group->kind == PSURF_POLAR;
+    PSURF__K(line) line;
+    r->n = polar ? rate - r->d : rate;
+    r->edge = r->d == 0 || r->d == rate;
+    line.parallel = f->parallel;
+    line.origin = f->origin;
+    if (polar) PSURF__K(polar_line)(f, r, &at, &line);
+    else PSURF__K(bicubic_line)(f, r, &at, &line);
+    if (r->edge || !r->group->border_only) {
+        PSURF__K(put_line)(r, &line, 0, r->n + 1);
+    } else {
+        PSURF__K(put_line)(r, &line, 0, 1);
+        PSURF__K(put_line)(r, &line, r->n, r->n + 1);
+    }
+}
+
+/* Triangles and quads give what two sectors share to the lower one, faces of five corners to that
+   which begins there; the centre belongs to the first. */
+static void PSURF__K(put_sector_line)(const PSURF__K(facets) *f, psurf__run *r, uint32_t m)
+{
+    const uint32_t rate = r->group->rate;
+    uint32_t begin = r->sector > 0, end;
+    psurf__weights at;
+    PSURF__K(line) line;
+    r->n = rate - psurf__line_step(m) * r->d;
+    r->edge = r->d == 0;
+    end = r->n + (r->sector + 1 < m);
+    if (m == 5) {
+        begin = 0;
+        end = r->n > 0 ? r->n : r->sector == 0;
+    }
+    if (begin >= end) return;
+    at = psurf__weights_at(r->n, rate - r->n, rate);
+    line.parallel = f->parallel;
+    line.origin = f->origin;
+    PSURF__K(sector_line)(f, r, m, &at, &line);
+    PSURF__K(put_line)(r, &line, begin, end);
+}
+
+/* All samples of eight facets, or those on their borders. */
+static void PSURF__K(lattice)(const psurf__group *g, psurf__basis *basis)
+{
+    const uint32_t m = psurf__kind_sides(g->kind), step = psurf__line_step(m);
+    PSURF__K(facets) f;
+    psurf__run r;
+    r.group = g;
+    r.basis = basis;
+    r.sector = 0;
+    r.tensor = g->kind == PSURF_BICUBIC || g->kind == PSURF_POLAR;
+    PSURF__K(open_facets)(g, &f);
+    for (r.d = 0; r.tensor && r.d <= g->rate; r.d++) PSURF__K(tensor_line)(&f, &r);
+    for (; !r.tensor && r.sector < m; r.sector++) {
+        PSURF__K(open_sector)(&f, m, r.sector);
+        for (r.d = 0; step * r.d <= (g->border_only ? 0 : g->rate); r.d++)
+            PSURF__K(put_sector_line)(&f, &r, m);
+    }
+}
+
+/* ---- what an instruction set has to offer ---- */
+
+static const psurf__kernels PSURF__K(kernels) = {
+    PSURF__NAME_OF(PSURF__SET), PSURF__K(jets), PSURF__K(hull), PSURF__K(lattice)
+};
+
+#ifdef PSURF__ONCE
+static const psurf__kernels *psurf__base_kernels(void) { return &PSURF__K(kernels); }
+#else                                   /* the end of the second reading */
+#if defined(__clang__)
+#pragma clang attribute pop
+#elif defined(__GNUC__)
+#pragma GCC pop_options
+#endif
+#endif
+#undef PSURF__SET_AVX2
+#undef PSURF__SET_SSE2
+#undef PSURF__SET_NEON
+
+#endif /* PSURF__IMPLEMENTING */
+
+#if defined(PSURF__ONCE) && defined(PSURF__SIMD_X86) && !defined(PSURF_NO_AVX2) && \
+    !defined(__AVX2__)
+#undef PSURF__ONCE
+#undef PSURF__SET
+#include PSURF_SELF                     /* this chapter once more, for AVX2 */
+#define PSURF__ONCE
+#define PSURF__DISPATCH
+#endif
+
+#ifdef PSURF__ONCE
+
+#ifdef PSURF__DISPATCH
+static int psurf__has_avx2(void)
+{
+#if defined(_MSC_VER)
+    int leaf[4];
+    __cpuid(leaf, 0);
+    if (leaf[0] < 7) return 0;
+    __cpuid(leaf, 1);
+    if ((leaf[2] & 0x18000000) != 0x18000000 || (_xgetbv(0) & 6) != 6) return 0;
+    __cpuidex(leaf, 7, 0);
+    return leaf[1] >> 5 & 1;
+#else
+    return __builtin_cpu_supports("avx2") != 0;
+#endif
+}
+#endif
+
+/* The fastest kernels of this processor. */
+static const psurf__kernels *psurf__best_kernels(void)
+{
+#ifdef PSURF__DISPATCH
+    if (psurf__has_avx2()) return &psurf__kernels_avx2;
+#endif
+    return psurf__base_kernels();
+}
+
+/* >>8 POINTS ==================================================================================
+   Samples at arbitrary places: sorted by kind of patch, eight at a time through the kernels. */
+
+/* The cubic that every facet boundary is, eq. 17. Swapping its ends swaps the operands of
+   commutative operations alone, so both sides get the same bits; an end is returned as it is. */
+static psurf__v3 psurf__edge_point(psurf__v3 v0, psurf__v3 t0, psurf__v3 t1, psurf__v3 v1,
+                                   psurf_real r, psurf_real s)
+{
+    psurf__v3 ends, inner;
+    if (s <= 0) return v0;
+    if (r <= 0) return v1;
+    ends = psurf__mix((r * r) * r, v0, (s * s) * s, v1);
+    inner = psurf__mix(3 * ((r * r) * s), t0, 3 * ((s * s) * r), t1);
+    return psurf__add(ends, inner);
+}
 
 /* A facet ready to be evaluated. */
 typedef struct psurf__view {
@@ -3264,29 +4686,14 @@ static psurf__view psurf__view_facet(const psurf_patches *p, uint32_t facet)
     return view;
 }
 
-/* Position and jet at a spot; on an edge the position is that of the edge. */
-static void psurf__evaluate(const psurf__view *view, const psurf_real *net, const psurf__spot *spot,
-                            int second, psurf__jet *jet)
-{
-    view->row->jet(net, spot, second, jet);
-    jet->curved = 1;
-    if (spot->edge != PSURF_NONE) {
-        const unsigned char *e = view->row->edge[spot->edge];
-        const psurf_real *c = view->points;
-        jet->p =
-            psurf__edge_point(psurf__get(c + 3 * e[0]), psurf__get(c + 3 * e[1]),
-                              psurf__get(c + 3 * e[2]), psurf__get(c + 3 * e[3]), spot->r, spot->s);
-    }
-}
-
 /* du x dv at unit length; 0 where the two are parallel to working precision. The common case is one
    cross product and one square root; extreme lengths take the scaled path. */
 static psurf__v3 psurf__unit_cross(psurf__v3 du, psurf__v3 dv)
 {
-    const psurf_real eps = sizeof(psurf_real) == 4 ? PSURF__R(4e-6) : PSURF__R(8e-15);
+    const psurf_real eps = PSURF__PARALLEL;
     psurf__v3 n = psurf__cross(du, dv);
     psurf_real q = psurf__dot(n, n), lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
-    if (!(lengths > PSURF__R(1e-20) && lengths < PSURF__R(1e20))) {
+    if (!(lengths > PSURF__SHORT && lengths < PSURF__LONG)) {
         du = psurf__scaled(du);
         dv = psurf__scaled(dv);
         n = psurf__cross(du, dv);
@@ -3298,27 +4705,75 @@ static psurf__v3 psurf__unit_cross(psurf__v3 du, psurf__v3 dv)
 }
 
 /* Moves a spot a little towards the middle of its domain. */
-static void psurf__move_inside(const psurf__kind_row *row, psurf__spot *spot)
+static void psurf__move_inside(psurf_kind kind, psurf__spot *spot)
 {
-    const uint32_t count = row->sectors == 1 ? 4 : 3;
-    const psurf_real middle = row->sectors == 1 ? PSURF__R(0.5) : PSURF__R(1.0 / 3.0);
+    const uint32_t count = psurf__kinds[kind].sectors == 1 ? 4 : 3;
+    const psurf_real middle = psurf__kinds[kind].sectors == 1 ? PSURF__R(0.5) : PSURF__R(1.0 / 3.0);
     uint32_t k;
     for (k = 0; k < count; k++)
         spot->w[k] = spot->w[k] + PSURF__R(1.0 / 1024.0) * (middle - spot->w[k]);
 }
 
+/* A batch of one spot. */
+static void psurf__lone_batch(psurf__batch *b, psurf_kind kind, const psurf_real *points,
+                              const psurf__spot *spot)
+{
+    uint32_t i;
+    b->kind = kind;
+    b->count = 1;
+    for (i = 0; i < 8; i++) {
+        b->points[i] = points;
+        b->spot[i] = *spot;
+    }
+}
+
 /* The unit normal. Where du and dv are parallel, as on a crease of blend ratio 0, it is the
    one-sided normal a little inside; 0 if there is none either. */
-static psurf__v3 psurf__normal(const psurf__view *view, const psurf_real *net,
-                               const psurf__spot *spot, const psurf__jet *jet)
+static psurf__v3 psurf__normal(psurf_kind kind, const psurf_real *points, const psurf__spot *spot,
+                               psurf__v3 du, psurf__v3 dv)
 {
-    psurf__v3 n = psurf__unit_cross(jet->du, jet->dv);
+    psurf__v3 n = psurf__unit_cross(du, dv);
     psurf__spot inside = *spot;
-    psurf__jet near_by;
+    psurf__jet near_by[8];
+    psurf__batch batch;
     if (psurf__dot(n, n) > 0) return n;
-    psurf__move_inside(view->row, &inside);
-    view->row->jet(net, &inside, 0, &near_by);
-    return psurf__unit_cross(near_by.du, near_by.dv);
+    psurf__move_inside(kind, &inside);
+    psurf__lone_batch(&batch, kind, points, &inside);
+    psurf__best_kernels()->jets(&batch, 0, near_by);
+    return psurf__unit_cross(near_by[0].du, near_by[0].dv);
+}
+
+static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
+                               psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8])
+{
+    const psurf__group *g = run->group;
+    const psurf_real rate = PSURF__R(g->rate), steps = PSURF__R(run->n);
+    psurf__v3 du, dv, normal;
+    psurf__spot spot;
+    du.x = u[0][lane];
+    du.y = u[1][lane];
+    du.z = u[2][lane];
+    dv.x = w[0][lane];
+    dv.y = w[1][lane];
+    dv.z = w[2][lane];
+    spot.sector = run->sector;
+    spot.edge = PSURF_NONE;
+    spot.r = spot.s = 0;
+    if (run->tensor) {
+        spot.w[0] = run->n ? (steps - PSURF__R(k)) / steps : PSURF__R(0.5);
+        spot.w[1] = run->n ? PSURF__R(k) / steps : PSURF__R(0.5);
+        spot.w[2] = (rate - PSURF__R(run->d)) / rate;
+        spot.w[3] = PSURF__R(run->d) / rate;
+    } else {
+        spot.w[0] = (steps - PSURF__R(k)) / rate;
+        spot.w[1] = PSURF__R(k) / rate;
+        spot.w[2] = (rate - steps) / rate;
+        spot.w[3] = 0;
+    }
+    normal = psurf__normal(g->kind, g->points[lane], &spot, du, dv);
+    n[0][lane] = normal.x;
+    n[1][lane] = normal.y;
+    n[2][lane] = normal.z;
 }
 
 /* ---- samples ---- */
@@ -3329,16 +4784,19 @@ static psurf_real psurf__clamp(psurf_real x)
     return x < 1 ? x : PSURF__R(1);
 }
 
-/* A sample of any bytes as a face, a sector, and weights w as evaluators take them with d = 1. */
+/* A place on a face: weights w over the denominator d, as chapter 6 takes them. */
 typedef struct psurf__place {
     uint32_t face, size, sector;
-    psurf_real w[4];
+    psurf_real w[4], d;
 } psurf__place;
+
+/* The place of a sample of any bytes. */
 
 static psurf__place psurf__find_place(const psurf_topology *t, const psurf_sample *sample)
 {
     psurf__place place;
     psurf_real u = psurf__clamp(sample->u), v = psurf__clamp(sample->v), rest;
+    place.d = 1;
     place.face = sample->face < t->info.faces ? sample->face : t->info.faces - 1;
     place.size = psurf__face_size(t, place.face);
     place.sector = place.size < 5                ? 0
@@ -3385,26 +4843,89 @@ static uint32_t psurf__enter_piece(const psurf_topology *t, uint32_t face, uint3
     return facet + outer->sector;
 }
 
-/* Evaluates one sample; the jet has the derivatives of the face. Returns the normal. */
-static psurf__v3 psurf__eval_sample(const psurf_patches *p, const psurf_sample *sample, int second,
-                                    psurf__jet *jet)
-{
-    psurf__place place = psurf__find_place(p->topology, sample);
-    psurf_real store[PSURF__NET_REALS];
-    const psurf_real *net;
+/* Places become batches in blocks of this many. */
+#define PSURF__BLOCK 32u
+
+/* A place on its facet. */
+typedef struct psurf__target {
     psurf__view view;
+    psurf_kind kind;
+    uint32_t outer_size;                /* of the split face, or 0 */
     psurf__spot spot, outer;
-    psurf__v3 n;
-    view = psurf__view_facet(p, psurf__enter_piece(p->topology, place.face, place.size,
-                                                   &place.sector, place.w, &outer));
-    view.row->locate(view.turn, place.sector, place.w, 1, &spot);
-    net = view.row->net(view.points, view.row->sectors, spot.sector, store);
-    psurf__evaluate(&view, net, &spot, second, jet);
-    n = psurf__normal(&view, net, &spot, jet);
+} psurf__target;
+
+static void psurf__find_target(const psurf_patches *p, psurf__place place, psurf__target *target)
+{
+    const uint32_t facet = psurf__enter_piece(p->topology, place.face, place.size, &place.sector,
+                                              place.w, &target->outer);
+    target->outer_size = target->outer.sector == PSURF_NONE ? 0 : place.size;
+    target->kind = psurf__facet_kind(p->topology, facet);
+    target->view = psurf__view_facet(p, facet);
+    target->view.row->locate(target->view.turn, place.sector, place.w, place.d, &target->spot);
+}
+
+/* From the patch to the face: on an edge the position is that of the edge; derivatives are with
+   respect to the face's parameters. */
+static void psurf__finish_jet(const psurf__target *t, int second, psurf__jet *jet)
+{
+    jet->curved = 1;
+    if (t->spot.edge != PSURF_NONE) {
+        const unsigned char *e = t->view.row->edge[t->spot.edge];
+        const psurf_real *c = t->view.points;
+        jet->p = psurf__edge_point(psurf__get(c + 3 * e[0]), psurf__get(c + 3 * e[1]),
+                                   psurf__get(c + 3 * e[2]), psurf__get(c + 3 * e[3]), t->spot.r,
+                                   t->spot.s);
+    }
     if (!second) jet->duu = jet->duv = jet->dvv = psurf__zero();
-    view.row->pull(&spot, view.turn, jet);
-    if (outer.sector != PSURF_NONE) psurf__sector_row(place.size)->pull(&outer, 0, jet);
-    return n;
+    t->view.row->pull(&t->spot, t->view.turn, jet);
+    if (t->outer_size) psurf__sector_row(t->outer_size)->pull(&t->outer, 0, jet);
+}
+
+/* Evaluates up to PSURF__BLOCK places; all lanes of a batch have one kind of patch. */
+static void psurf__eval_places(const psurf_patches *p, const psurf__place *places, uint32_t count,
+                               int second, psurf__jet *jets)
+{
+    const psurf__kernels *kernels = psurf__best_kernels();
+    psurf__target targets[PSURF__BLOCK];
+    psurf__batch batch;
+    psurf__jet out[8];
+    uint32_t i, j, kind, index[8];
+    for (i = 0; i < count; i++) psurf__find_target(p, places[i], &targets[i]);
+    for (kind = 0; kind < PSURF_KIND_COUNT; kind++)
+        for (i = 0, batch.count = 0; i <= count; i++) {
+            unsigned unsure;
+            if (i < count && targets[i].kind == (psurf_kind)kind) {
+                if (batch.count == 0)
+                    psurf__lone_batch(&batch, (psurf_kind)kind, targets[i].view.points,
+                                      &targets[i].spot);
+                else batch.count++;
+                batch.points[batch.count - 1] = targets[i].view.points;
+                batch.spot[batch.count - 1] = targets[i].spot;
+                index[batch.count - 1] = i;
+            }
+            if (batch.count == 0 || (batch.count < 8 && i < count)) continue;
+            unsure = kernels->jets(&batch, second, out);
+            for (j = 0; j < batch.count; j++) {
+                const psurf__target *target = &targets[index[j]];
+                psurf__jet *jet = &jets[index[j]];
+                *jet = out[j];
+                if (unsure >> j & 1)
+                    jet->n = psurf__normal(target->kind, target->view.points, &target->spot,
+                                           jet->du, jet->dv);
+                psurf__finish_jet(target, second, jet);
+            }
+            batch.count = 0;
+        }
+}
+
+/* The same of samples. */
+static void psurf__eval_block(const psurf_patches *p, const psurf_sample *samples, uint32_t count,
+                              int second, psurf__jet *jets)
+{
+    psurf__place places[PSURF__BLOCK];
+    uint32_t i;
+    for (i = 0; i < count; i++) places[i] = psurf__find_place(p->topology, &samples[i]);
+    psurf__eval_places(p, places, count, second, jets);
 }
 
 static void psurf__put_at(psurf_real *array, size_t stride, size_t index, psurf__v3 a)
@@ -3418,30 +4939,38 @@ static size_t psurf__stride(size_t bytes, size_t tight)
     return bytes ? bytes / sizeof(psurf_real) : tight;
 }
 
+static void psurf__put_jet(const psurf_points *out, size_t stride, size_t i, const psurf__jet *jet)
+{
+    psurf__put_at(out->p, stride, i, jet->p);
+    psurf__put_at(out->n, stride, i, jet->n);
+    psurf__put_at(out->du, stride, i, jet->du);
+    psurf__put_at(out->dv, stride, i, jet->dv);
+    psurf__put_at(out->duu, stride, i, jet->duu);
+    psurf__put_at(out->duv, stride, i, jet->duv);
+    psurf__put_at(out->dvv, stride, i, jet->dvv);
+}
+
 PSURF_API void psurf_eval(const psurf_patches *patches, const psurf_sample *samples, uint32_t count,
                           const psurf_points *out)
 {
     const size_t stride = psurf__stride(out->stride, 3);
     const int second = out->duu || out->duv || out->dvv;
-    uint32_t i;
+    psurf__jet jets[PSURF__BLOCK];
+    uint32_t i, k, block;
     if (!patches->topology->info.faces) return;
-    for (i = 0; i < count; i++) {
-        psurf__jet jet;
-        psurf__v3 n = psurf__eval_sample(patches, &samples[i], second, &jet);
-        psurf__put_at(out->p, stride, i, jet.p);
-        psurf__put_at(out->n, stride, i, n);
-        psurf__put_at(out->du, stride, i, jet.du);
-        psurf__put_at(out->dv, stride, i, jet.dv);
-        psurf__put_at(out->duu, stride, i, jet.duu);
-        psurf__put_at(out->duv, stride, i, jet.duv);
-        psurf__put_at(out->dvv, stride, i, jet.dvv);
+    for (i = 0; i < count; i += block) {
+        block = count - i < PSURF__BLOCK ? count - i : PSURF__BLOCK;
+        psurf__eval_block(patches, samples + i, block, second, jets);
+        for (k = 0; k < block; k++) psurf__put_jet(out, stride, i + k, &jets[k]);
     }
 }
 
-/* >>7 TESSELLATION ============================================================================
+PSURF_API const char *psurf_simd_name(void) { return psurf__best_kernels()->name; }
+
+/* >>9 TESSELLATION ============================================================================
    Every face carries a lattice of integer points: (x, y) along corner 0 -> 1 and away from it, on
    faces of five or more corners once per sector. A lattice point has a number in the output and
-   weights for the evaluators. */
+   weights for the evaluators: facets of one kind go through the kernels eight at a time. */
 
 typedef struct psurf__lattice {
     const psurf_topology *topology;
@@ -3587,90 +5116,241 @@ static void psurf__lattice_weights(uint32_t size, uint32_t rate, uint32_t x, uin
     }
 }
 
-/* The facet under evaluation with its nets, each made when it is first needed. */
-typedef struct psurf__nets {
-    const psurf_patches *patches;
-    uint32_t facet;                     /* PSURF_NONE at first */
-    psurf__view view;
-    const psurf_real *net[PSURF__MAX_SECTORS];
-    psurf_real store[PSURF__MAX_SECTORS][PSURF__NET_REALS];
-} psurf__nets;
-
-static void psurf__open_nets(psurf__nets *nets, const psurf_patches *p)
-{
-    nets->patches = p;
-    nets->facet = PSURF_NONE;
-}
-
-static void psurf__select_facet(psurf__nets *nets, uint32_t facet)
-{
-    uint32_t i;
-    if (nets->facet == facet) return;
-    nets->facet = facet;
-    nets->view = psurf__view_facet(nets->patches, facet);
-    for (i = 0; i < PSURF__MAX_SECTORS; i++) nets->net[i] = NULL;
-}
-
-/* Position and, unless NULL, normal at weights of a facet: for tessellation of both sorts and for
-   checks. */
-static void psurf__facet_point(psurf__nets *nets, uint32_t facet, uint32_t sector,
-                               const psurf_real *w, psurf_real rate, psurf__v3 *p, psurf__v3 *n)
-{
-    psurf__spot spot;
-    psurf__jet jet;
-    const psurf_real *net;
-    psurf__select_facet(nets, facet);
-    nets->view.row->locate(nets->view.turn, sector, w, rate, &spot);
-    net = nets->net[spot.sector];
-    if (!net) {
-        net = nets->view.row->net(nets->view.points, nets->view.row->sectors, spot.sector,
-                                  nets->store[spot.sector]);
-        nets->net[spot.sector] = net;
-    }
-    psurf__evaluate(&nets->view, net, &spot, 0, &jet);
-    *p = jet.p;
-    if (n) *n = psurf__normal(&nets->view, net, &spot, &jet);
-}
-
-static void psurf__write_vertex(const psurf__lattice *l, psurf__nets *nets, uint32_t sector,
-                                uint32_t x, uint32_t y, const psurf_tess_out *out)
+/* Where each lattice point lies, for psurf_interpolate. */
+static void psurf__write_place(const psurf__lattice *l, uint32_t sector, uint32_t x, uint32_t y,
+                               const psurf_tess_out *out)
 {
     int writes;
     const size_t index = psurf__lattice_vertex(l, sector, x, y, &writes) - out->first_vertex;
     const psurf_real rate = PSURF__R(l->rate);
-    psurf_real w[4];
+    psurf_sample *where = &out->where[index];
     if (!writes) return;
-    psurf__lattice_weights(l->size, l->rate, x, y, w);
-    if (out->where) {
-        psurf_sample *where = &out->where[index];
-        where->face = l->face;
-        where->sector = sector;
-        where->u = (l->size < 5 ? PSURF__R(x) : w[0]) / rate;
-        where->v = (l->size < 5 ? PSURF__R(y) : w[1]) / rate;
-    }
-    if (out->p || out->n) {
-        psurf__v3 p, n = psurf__zero();
-        psurf__spot outer;
-        const uint32_t facet =
-            psurf__enter_piece(l->topology, l->face, l->size, &sector, w, &outer);
-        psurf__facet_point(nets, facet, sector, w, rate, &p, out->n ? &n : NULL);
-        psurf__put_at(out->p, psurf__stride(out->p_stride, 3), index, p);
-        if (out->n) psurf__put(out->n + index * psurf__stride(out->n_stride, 3), n);
-    }
+    where->face = l->face;
+    where->sector = sector;
+    where->u = PSURF__R(l->size < 5 ? x : l->rate - x - y) / rate;
+    where->v = PSURF__R(l->size < 5 ? y : x) / rate;
 }
 
-static void psurf__write_vertices(const psurf__lattice *l, psurf__nets *nets,
-                                  const psurf_tess_out *out)
+static void psurf__write_places(const psurf__lattice *l, const psurf_tess_out *out)
 {
     const uint32_t r = l->rate, sectors = l->size < 5 ? 1 : l->size;
     uint32_t s, x, y;
     for (s = 0; s < sectors; s++)
         for (y = 0; y <= r; y++) {
             const uint32_t row = l->size == 4 ? r + 1 : l->size == 3 ? r - y + 1 : r - y;
-            for (x = 0; x < row; x++) psurf__write_vertex(l, nets, s, x, y, out);
+            for (x = 0; x < row; x++) psurf__write_place(l, s, x, y, out);
         }
-    if (l->size >= 5) psurf__write_vertex(l, nets, 0, 0, r, out);
+    if (l->size >= 5) psurf__write_place(l, 0, 0, r, out);
 }
+
+/* ---- positions and normals: groups of facets ---- */
+
+/* The output of a group's facets. */
+typedef struct psurf__output {
+    const psurf_tess_out *out;
+    size_t p_stride, n_stride;          /* in reals */
+    psurf_real *p[8], *n[8];            /* of the first vertex of each face, its first inside */
+    psurf_real sink[3];                 /* for positions that are not wanted */
+    psurf__lattice lattice[8];
+    uint32_t piece[8];                  /* of a split face, or PSURF_NONE */
+} psurf__output;
+
+static void psurf__store_vertex(const psurf_tess_out *out, size_t index, const psurf_real *p,
+                                const psurf_real *n)
+{
+    uint32_t i;
+    psurf_real *to_p = out->p, *to_n = out->n;
+    index -= out->first_vertex;
+    if (to_p) to_p += index * psurf__stride(out->p_stride, 3);
+    if (to_n) to_n += index * psurf__stride(out->n_stride, 3);
+    for (i = 0; i < 3 && to_p; i++) to_p[i] = p[i];
+    for (i = 0; i < 3 && to_n; i++) to_n[i] = n[i];
+}
+
+/* A sample with a place of its own: it may belong to another face, or to the next piece of a split
+   face, a triangle whose third corner is the centre; there the first piece writes the centre. */
+static void psurf__put_vertex(const psurf__run *r, uint32_t lane, uint32_t k,
+                              const psurf_real *sample)
+{
+    const psurf__output *o = (const psurf__output *)r->group->to;
+    const psurf__lattice *l = &o->lattice[lane];
+    const psurf__point at = psurf__line_point(r, lane, k);
+    const uint32_t piece = o->piece[lane];
+    uint32_t sector = r->group->kind == PSURF_P5 ? r->sector : 0, vertex;
+    int writes;
+    if (piece != PSURF_NONE) {
+        if (at.x + at.y == l->rate && (at.x > 0 || piece > 0)) return;
+        sector = piece;
+    }
+    vertex = psurf__lattice_vertex(l, sector, at.x, at.y, &writes);
+    if (writes) psurf__store_vertex(o->out, vertex, sample, sample + 3);
+}
+
+/* How far the numbers of a face's own points lie apart along a line; and by how much that grows. */
+static ptrdiff_t psurf__vertex_step(const psurf__lattice *l, const psurf__point *at,
+                                    ptrdiff_t *bend)
+{
+    const ptrdiff_t row = (ptrdiff_t)l->rate + (l->size > 4 ? 0 : l->welded ? -1 : 1);
+    const ptrdiff_t here = l->size == 4 ? row : row - (ptrdiff_t)at->y;     /* length of the row */
+    *bend = l->size != 4 && at->to_y != 0 ? -1 : 0;
+    if (at->to_y < 0) return at->to_x - here + *bend;
+    return at->to_x + at->to_y * here;
+}
+
+/* Points the cursor at the places of a line from step k on. Faces of one kind and turn have their
+   own points in the same order. */
+static void psurf__aim_line(const psurf__run *r, uint32_t k, psurf__cursor *c)
+{
+    const psurf__output *o = (const psurf__output *)r->group->to;
+    const ptrdiff_t p_stride = o->out->p ? (ptrdiff_t)o->p_stride : 0;
+    const ptrdiff_t n_stride = o->out->n ? (ptrdiff_t)o->n_stride : 0;
+    ptrdiff_t offset = 0, step = 0, bend = 0;
+    uint32_t i;
+    c->bent = 0;
+    for (i = 0; i < 8; i++) {
+        if (i == 0 || r->group->turn[i] != r->group->turn[i - 1]) {
+            const psurf__lattice *l = &o->lattice[i < r->group->count ? i : 0];
+            const psurf__point at = psurf__line_point(r, i, k);
+            const uint32_t sector = r->group->kind == PSURF_P5 ? r->sector : 0;
+            int writes;
+            offset = (ptrdiff_t)psurf__lattice_vertex(l, sector, at.x, at.y, &writes) -
+                     (ptrdiff_t)l->base;
+            step = psurf__vertex_step(l, &at, &bend);
+            c->bent |= bend != 0;
+        }
+        c->p[i] = o->p[i] + offset * p_stride;
+        c->n[i] = o->n[i] + offset * n_stride;
+        c->p_step[i] = step * p_stride;
+        c->n_step[i] = step * n_stride;
+        c->p_bend[i] = bend * p_stride;
+        c->n_bend[i] = bend * n_stride;
+    }
+    c->interleaved = o->out->p && o->out->n == o->out->p + 3 && p_stride == n_stride;
+}
+
+typedef struct psurf__job {             /* of one psurf_tessellate */
+    const psurf_patches *patches;
+    const psurf_tess_out *out;
+    const psurf__kernels *kernels;
+    uint32_t rate, end;                 /* end: of the range of faces */
+    int welded;
+    psurf__basis basis;
+} psurf__job;
+
+static void psurf__open_group(const psurf__job *job, psurf_kind kind, int split, psurf__group *g,
+                              psurf__output *o)
+{
+    g->kind = kind;
+    g->count = 0;
+    g->rate = job->rate;
+    g->normals = job->out->n != NULL;
+    g->border_only = 0;
+    g->apart = split ? PSURF__ALL_APART : job->welded ? PSURF__BORDER_APART : PSURF__NONE_APART;
+    g->aim = psurf__aim_line;
+    g->put = psurf__put_vertex;
+    g->to = o;
+    o->out = job->out;
+    o->p_stride = psurf__stride(job->out->p_stride, 3);
+    o->n_stride = psurf__stride(job->out->n_stride, 3);
+}
+
+static void psurf__copy_lane(psurf__group *g, psurf__output *o, uint32_t from, uint32_t to)
+{
+    g->facet[to] = g->facet[from];
+    g->turn[to] = g->turn[from];
+    g->points[to] = g->points[from];
+    o->p[to] = o->p[from];
+    o->n[to] = o->n[from];
+}
+
+static void psurf__run_group(psurf__job *job, psurf__group *g, psurf__output *o)
+{
+    uint32_t i;
+    if (g->count == 0) return;
+    for (i = g->count; i < 8; i++) psurf__copy_lane(g, o, 0, i);
+    job->kernels->lattice(g, &job->basis);
+    g->count = 0;
+}
+
+static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o, uint32_t facet)
+{
+    const psurf_topology *t = job->patches->topology;
+    const uint32_t lane = g->count++, piece = t->facets[facet].piece;
+    psurf__lattice *l = &o->lattice[lane];
+    *l = psurf__face_lattice(t, t->facets[facet].face, job->rate, job->welded);
+    o->piece[lane] = piece & PSURF_SPLIT_FACE ? piece & 0xFFFFu : PSURF_NONE;
+    o->p[lane] = o->sink;
+    o->n[lane] = o->sink;
+    if (job->out->p) o->p[lane] = job->out->p + (l->base - job->out->first_vertex) * o->p_stride;
+    if (job->out->n) o->n[lane] = job->out->n + (l->base - job->out->first_vertex) * o->n_stride;
+    g->facet[lane] = facet;
+    g->turn[lane] = psurf__turn(t, facet);
+    g->points[lane] = psurf__patch_points(job->patches, g->kind, facet);
+    if (g->count == 8) psurf__run_group(job, g, o);
+}
+
+/* A split triangle or quad: its lattice runs across its pieces, which lie where they may. */
+static void psurf__write_split_face(const psurf__job *job, uint32_t face)
+{
+    const psurf__lattice l = psurf__face_lattice(job->patches->topology, face, job->rate,
+                                                 job->welded);
+    psurf__place places[PSURF__BLOCK];
+    psurf__jet jets[PSURF__BLOCK];
+    uint32_t vertex[PSURF__BLOCK], count = 0, i, x, y;
+    for (y = 0; y <= l.rate; y++) {
+        const uint32_t last = l.size == 4 ? l.rate : l.rate - y;
+        for (x = 0; x <= last; x++) {
+            int writes;
+            vertex[count] = psurf__lattice_vertex(&l, 0, x, y, &writes);
+            places[count].face = face;
+            places[count].size = l.size;
+            places[count].sector = 0;
+            places[count].d = PSURF__R(l.rate);
+            psurf__lattice_weights(l.size, l.rate, x, y, places[count].w);
+            count += (uint32_t)writes;
+            if (count < PSURF__BLOCK && (x < last || y < l.rate)) continue;
+            psurf__eval_places(job->patches, places, count, 0, jets);
+            for (i = 0; i < count; i++)
+                psurf__store_vertex(job->out, vertex[i], &jets[i].p.x, &jets[i].n.x);
+            count = 0;
+        }
+    }
+}
+
+/* The first facet of a kind whose face is not before one. */
+static uint32_t psurf__first_facet(const psurf_topology *t, psurf_kind kind, uint32_t face)
+{
+    uint32_t low = t->kind_first[kind], high = t->kind_first[kind + 1];
+    while (low < high) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (t->facets[middle].face < face) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t first_face)
+{
+    const psurf_topology *t = job->patches->topology;
+    psurf__output whole_output, split_output;
+    psurf__group whole, split;
+    uint32_t i = psurf__first_facet(t, kind, first_face);
+    psurf__open_group(job, kind, 0, &whole, &whole_output);
+    psurf__open_group(job, kind, 1, &split, &split_output);
+    for (; i < t->kind_first[kind + 1] && t->facets[i].face < job->end; i++) {
+        const psurf_facet *facet = &t->facets[i];
+        if (!(facet->piece & PSURF_SPLIT_FACE))
+            psurf__add_facet(job, &whole, &whole_output, i);
+        else if (psurf__face_size(t, facet->face) > 4)
+            psurf__add_facet(job, &split, &split_output, i);
+        else if ((facet->piece & 0xFFFFu) == 0)
+            psurf__write_split_face(job, facet->face);
+    }
+    psurf__run_group(job, &whole, &whole_output);
+    psurf__run_group(job, &split, &split_output);
+}
+
+/* ---- triangles ---- */
 
 /* Indices go out one by one, in either width. */
 typedef struct psurf__indices {
@@ -3745,26 +5425,22 @@ PSURF_API psurf_result psurf_tessellate_size(const psurf_topology *topology,
     return PSURF_OK;
 }
 
-static void psurf__tessellate_face(const psurf_patches *patches, const psurf_tess_desc *desc,
-                                   uint32_t face, const psurf_tess_out *out)
+/* What follows from numbering alone: places and indices. */
+static void psurf__number_face(const psurf_patches *patches, const psurf_tess_desc *desc,
+                               uint32_t face, const psurf_tess_out *out)
 {
     const psurf_topology *t = patches->topology;
     const psurf__lattice lattice = psurf__face_lattice(t, face, desc->rate,
                                                        !(desc->flags & PSURF_TESS_PER_FACE));
-    if (out->p || out->n || out->where) {
-        psurf__nets nets;
-        psurf__open_nets(&nets, patches);
-        psurf__write_vertices(&lattice, &nets, out);
-    }
-    if (out->indices) {
-        psurf__indices to;
-        to.lattice = &lattice;
-        to.wide = (desc->flags & PSURF_TESS_INDEX16) ? NULL : (uint32_t *)out->indices;
-        to.narrow = (uint16_t *)out->indices;
-        to.at = (size_t)(3 * psurf__triangles_before(t, face, desc->rate)) - out->first_index;
-        to.first_vertex = out->first_vertex;
-        psurf__write_indices(&to);
-    }
+    psurf__indices to;
+    if (out->where) psurf__write_places(&lattice, out);
+    if (!out->indices) return;
+    to.lattice = &lattice;
+    to.wide = (desc->flags & PSURF_TESS_INDEX16) ? NULL : (uint32_t *)out->indices;
+    to.narrow = (uint16_t *)out->indices;
+    to.at = (size_t)(3 * psurf__triangles_before(t, face, desc->rate)) - out->first_index;
+    to.first_vertex = out->first_vertex;
+    psurf__write_indices(&to);
 }
 
 PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psurf_tess_desc *desc,
@@ -3773,7 +5449,8 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
 {
     psurf_tess_span span;
     psurf_result result;
-    uint32_t f, end;
+    psurf__job job;
+    uint32_t f, k;
     if (!patches || !out || out->p_stride % sizeof(psurf_real) ||
         out->n_stride % sizeof(psurf_real))
         return PSURF_BAD_DESC;
@@ -3784,8 +5461,17 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
     if ((desc->flags & PSURF_TESS_INDEX16) &&
         (uint64_t)span.first_vertex + span.vertex_count - out->first_vertex > 0xFFFFu)
         return PSURF_TOO_LARGE;
-    end = psurf__range_end(first_face, face_count, patches->topology->info.faces);
-    for (f = first_face; f < end; f++) psurf__tessellate_face(patches, desc, f, out);
+    job.patches = patches;
+    job.out = out;
+    job.kernels = psurf__best_kernels();
+    job.rate = desc->rate;
+    job.end = psurf__range_end(first_face, face_count, patches->topology->info.faces);
+    job.welded = !(desc->flags & PSURF_TESS_PER_FACE);
+    job.basis.n = job.basis.first = PSURF_NONE;
+    for (k = 0; k < PSURF_KIND_COUNT && (out->p || out->n); k++)
+        psurf__tessellate_kind(&job, (psurf_kind)k, first_face);
+    for (f = first_face; f < job.end && (out->where || out->indices); f++)
+        psurf__number_face(patches, desc, f, out);
     return PSURF_OK;
 }
 
@@ -3822,7 +5508,7 @@ PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sam
     }
 }
 
-/* >>8 INTERROGATION ===========================================================================
+/* >>10 INTERROGATION ==========================================================================
    Curvature, gaps and normal jumps, bounds: reads what the chapters before made. */
 
 /* In double, where fourth powers of lengths neither overflow nor vanish. */
@@ -3831,22 +5517,30 @@ static double psurf__wide_dot(psurf__v3 a, psurf__v3 b)
     return ((double)a.x * (double)b.x + (double)a.y * (double)b.y) + (double)a.z * (double)b.z;
 }
 
+/* From the fundamental forms; NaN where curvature does not exist. */
+static void psurf__jet_curvature(const psurf__jet *j, psurf_real *gauss, psurf_real *mean)
+{
+    const double e = psurf__wide_dot(j->du, j->du), f = psurf__wide_dot(j->du, j->dv);
+    const double g = psurf__wide_dot(j->dv, j->dv), l = psurf__wide_dot(j->duu, j->n);
+    const double m = psurf__wide_dot(j->duv, j->n), n = psurf__wide_dot(j->dvv, j->n);
+    const double area = e * g - f * f, zero = 0;
+    const int exists = j->curved && area > 0 && psurf__dot(j->n, j->n) > 0;
+    if (gauss) *gauss = PSURF__R(exists ? (l * n - m * m) / area : zero / zero);
+    if (mean) *mean = PSURF__R(exists ? (e * n - 2 * (f * m) + g * l) / (2 * area) : zero / zero);
+}
+
 PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample *samples,
                                uint32_t count, psurf_real *gauss, psurf_real *mean)
 {
-    uint32_t i;
+    psurf__jet jets[PSURF__BLOCK];
+    uint32_t i, k, block;
     if (!patches->topology->info.faces) return;
-    for (i = 0; i < count; i++) {
-        psurf__jet j;
-        psurf__v3 normal = psurf__eval_sample(patches, &samples[i], 1, &j);
-        const double e = psurf__wide_dot(j.du, j.du), f = psurf__wide_dot(j.du, j.dv);
-        const double g = psurf__wide_dot(j.dv, j.dv), l = psurf__wide_dot(j.duu, normal);
-        const double m = psurf__wide_dot(j.duv, normal), n = psurf__wide_dot(j.dvv, normal);
-        const double area = e * g - f * f, zero = 0;
-        const int exists = j.curved && area > 0 && psurf__dot(normal, normal) > 0;
-        if (gauss) gauss[i] = PSURF__R(exists ? (l * n - m * m) / area : zero / zero);
-        if (mean)
-            mean[i] = PSURF__R(exists ? (e * n - 2 * (f * m) + g * l) / (2 * area) : zero / zero);
+    for (i = 0; i < count; i += block) {
+        block = count - i < PSURF__BLOCK ? count - i : PSURF__BLOCK;
+        psurf__eval_block(patches, samples + i, block, 1, jets);
+        for (k = 0; k < block; k++)
+            psurf__jet_curvature(&jets[k], gauss ? gauss + i + k : NULL,
+                                 mean ? mean + i + k : NULL);
     }
 }
 
@@ -3860,40 +5554,73 @@ static uint32_t psurf__corner_facet(const psurf_topology *t, uint32_t corner, ui
     return t->kind_first[k] + place / psurf__kind_sides((psurf_kind)k);
 }
 
-/* One side of an edge under check. */
+/* Samples of an edge are compared in chunks of this many. */
+#define PSURF__PROBES 128u
+
+/* One side of an edge under check, and a chunk of its samples: positions and normals. */
 typedef struct psurf__side {
-    psurf__nets nets;
+    const psurf_patches *patches;
     uint32_t facet, first, size, edge;
+    uint32_t chunk;
+    psurf_real sample[PSURF__PROBES][6];
 } psurf__side;
 
 static void psurf__open_side(psurf__side *side, const psurf_patches *p, uint32_t corner)
 {
+    side->patches = p;
     side->facet = psurf__corner_facet(p->topology, corner, &side->edge);
     side->first = corner - side->edge;
     side->size = psurf__kind_sides(psurf__facet_kind(p->topology, side->facet));
-    psurf__open_nets(&side->nets, p);
 }
 
-/* Position and normal at step k of the side's edge, from its own first corner. */
-static void psurf__side_point(psurf__side *side, uint32_t rate, uint32_t k, psurf__v3 *p,
-                              psurf__v3 *n)
+/* The step along an edge of its domain at which a facet has a lattice point, or PSURF_NONE. */
+static uint32_t psurf__edge_step(uint32_t size, uint32_t rate, uint32_t edge, uint32_t sector,
+                                 uint32_t x, uint32_t y)
 {
-    const uint32_t e = side->edge, l = rate - k;
-    uint32_t sector = e;
-    psurf_real w[4];
-    if (side->size == 4) {
-        const uint32_t x = e == 0 ? k : e == 1 ? rate : e == 2 ? l : 0;
-        const uint32_t y = e == 0 ? 0 : e == 1 ? k : e == 2 ? rate : l;
-        psurf__lattice_weights(4, rate, x, y, w);
-    } else if (side->size == 3) {
-        w[e] = PSURF__R(l);
-        w[(e + 1) % 3] = PSURF__R(k);
-        w[(e + 2) % 3] = 0;
-    } else {                                            /* its end belongs to the next sector */
-        if (k == rate) sector = psurf__following(e, side->size);
-        psurf__lattice_weights(side->size, rate, k == rate ? 0 : k, 0, w);
+    if (size == 5) {
+        if (sector == psurf__following(edge, 5) && x == 0 && y == 0) return rate;
+        return sector == edge && y == 0 ? x : PSURF_NONE;
     }
-    psurf__facet_point(&side->nets, side->facet, sector, w, PSURF__R(rate), p, n);
+    if (edge == 0) return y == 0 ? x : PSURF_NONE;
+    if (edge == 1) return (size == 3 ? x + y : x) == rate ? y : PSURF_NONE;
+    if (size == 4 && edge == 2) return y == rate ? rate - x : PSURF_NONE;
+    return x == 0 ? rate - y : PSURF_NONE;
+}
+
+/* Takes a sample of the facet's border, if it lies in the chunk of the edge. */
+static void psurf__put_probe(const psurf__run *r, uint32_t lane, uint32_t k,
+                             const psurf_real *sample)
+{
+    psurf__side *side = (psurf__side *)r->group->to;
+    const psurf__point at = psurf__line_point(r, lane, k);
+    const uint32_t step = psurf__edge_step(side->size, r->group->rate, side->edge, r->sector, at.x,
+                                           at.y);
+    uint32_t i;
+    if (step == PSURF_NONE || step < side->chunk || step - side->chunk >= PSURF__PROBES) return;
+    for (i = 0; i < 6; i++) side->sample[step - side->chunk][i] = sample[i];
+}
+
+/* Fills the samples of a side from step chunk on, counted from its own first corner. */
+static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk,
+                              psurf__basis *basis)
+{
+    psurf__group g;
+    uint32_t i;
+    side->chunk = chunk;
+    g.kind = psurf__facet_kind(side->patches->topology, side->facet);
+    g.count = 1;
+    g.rate = rate;
+    g.normals = g.border_only = 1;
+    g.apart = PSURF__ALL_APART;
+    g.aim = NULL;
+    g.put = psurf__put_probe;
+    g.to = side;
+    for (i = 0; i < 8; i++) {
+        g.facet[i] = side->facet;
+        g.turn[i] = psurf__turn(side->patches->topology, side->facet);
+        g.points[i] = psurf__patch_points(side->patches, g.kind, side->facet);
+    }
+    psurf__best_kernels()->lattice(&g, basis);
 }
 
 static psurf__v3 psurf__point_position(const psurf_topology *t, const psurf__control *control,
@@ -3999,49 +5726,61 @@ static double psurf__angle(psurf__v3 a, psurf__v3 b)
     return 2 * psurf__asin(half < 1 ? half : 1) * 57.295779513082320877;
 }
 
+/* What two sides say of one sample. */
+static void psurf__compare(const psurf_real *a, const psurf_real *b, int sharp, int degenerate,
+                           uint32_t edge, uint32_t face, psurf_check_result *r)
+{
+    const psurf__v3 p = psurf__get(a), q = psurf__get(b);
+    const psurf__v3 m = psurf__get(a + 3), n = psurf__get(b + 3);
+    double angle;
+    r->samples++;
+    r->cracks += !psurf__same_bits(p, q);
+    if (!psurf__finite3(p) || !psurf__finite3(q) || !psurf__finite3(m) || !psurf__finite3(n)) {
+        r->nonfinite++;
+        return;
+    }
+    if (sharp) return;
+    if (degenerate || psurf__dot(m, m) <= 0 || psurf__dot(n, n) <= 0) {
+        r->degenerate++;
+        return;
+    }
+    angle = psurf__angle(m, n);
+    if (angle > r->max_normal_deg || r->worst_edge == PSURF_NONE) {
+        r->max_normal_deg = angle;
+        r->worst_edge = edge;
+        r->worst_face = face;
+    }
+}
+
 static void psurf__check_edge(const psurf_patches *patches, const psurf__control *control,
                               psurf_real shortest, uint32_t rate, uint32_t edge,
-                              psurf_check_result *r)
+                              psurf__basis *basis, psurf_check_result *r)
 {
     const psurf_topology *t = patches->topology;
+    const psurf_edge corners = t->edges[edge];
     const psurf_corner *ends[2];
     psurf__side a, b;
-    uint32_t k;
+    uint32_t k, first, count;
     int sharp, degenerate;
-    if (t->edges[edge].other == PSURF_NONE) return;
-    psurf__open_side(&a, patches, t->edges[edge].corner);
-    psurf__open_side(&b, patches, t->edges[edge].other);
-    ends[0] = &t->corners[t->edges[edge].corner];
-    ends[1] = &t->corners[t->edges[edge].other];
+    if (corners.other == PSURF_NONE) return;
+    psurf__open_side(&a, patches, corners.corner);
+    psurf__open_side(&b, patches, corners.other);
+    ends[0] = &t->corners[corners.corner];
+    ends[1] = &t->corners[corners.other];
     sharp = ((ends[0]->edge ^ ends[1]->edge) & ~PSURF_WRITER) != 0 ||
             (control->blends && (control->blends[ends[0]->spoke] <= 0 ||
                                  control->blends[ends[1]->spoke] <= 0));
     degenerate = psurf__is_degenerate(t, control, &a) || psurf__is_degenerate(t, control, &b) ||
-        psurf__distance(psurf__corner_position(t, control, t->edges[edge].corner),
-                        psurf__corner_position(t, control, t->edges[edge].other)) < shortest;
+                 psurf__distance(psurf__corner_position(t, control, corners.corner),
+                                 psurf__corner_position(t, control, corners.other)) < shortest;
     r->sharp_edges += (uint32_t)sharp;
-    for (k = 0; k <= rate; k++) {
-        psurf__v3 p, q, m, n;
-        double angle;
-        psurf__side_point(&a, rate, k, &p, &m);
-        psurf__side_point(&b, rate, rate - k, &q, &n);
-        r->samples++;
-        r->cracks += !psurf__same_bits(p, q);
-        if (!psurf__finite3(p) || !psurf__finite3(q) || !psurf__finite3(m) || !psurf__finite3(n)) {
-            r->nonfinite++;
-            continue;
-        }
-        if (sharp) continue;
-        if (degenerate || psurf__dot(m, m) <= 0 || psurf__dot(n, n) <= 0) {
-            r->degenerate++;
-            continue;
-        }
-        angle = psurf__angle(m, n);
-        if (angle > r->max_normal_deg || r->worst_edge == PSURF_NONE) {
-            r->max_normal_deg = angle;
-            r->worst_edge = edge;
-            r->worst_face = t->facets[a.facet].face;
-        }
+    for (first = 0; first <= rate; first += PSURF__PROBES) {
+        count = rate + 1 - first < PSURF__PROBES ? rate + 1 - first : PSURF__PROBES;
+        psurf__probe_side(&a, rate, first, basis);
+        psurf__probe_side(&b, rate, rate + 1 - first - count, basis);
+        for (k = 0; k < count; k++)
+            psurf__compare(a.sample[k], b.sample[count - 1 - k], sharp, degenerate, edge,
+                           t->facets[a.facet].face, r);
     }
 }
 
@@ -4052,6 +5791,7 @@ PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_con
     const psurf_check_result none = {0, 0, 0, 0, 0, PSURF_NONE, PSURF_NONE, 0};
     psurf__control control;
     psurf_real shortest;
+    psurf__basis basis;
     uint32_t e, end;
     if (!patches || !result || !psurf__construct_desc_ok(desc) || rate < 1 || rate > PSURF_MAX_RATE)
         return PSURF_BAD_DESC;
@@ -4059,21 +5799,29 @@ PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_con
     control = psurf__control_of(patches, desc);
     shortest = PSURF__R(1e-5) * psurf__mesh_diagonal(patches->topology, &control);
     end = psurf__range_end(first_edge, edge_count, patches->topology->info.edges);
+    basis.n = basis.first = PSURF_NONE;
     for (e = first_edge; e < end; e++)
-        psurf__check_edge(patches, &control, shortest, rate, e, result);
+        psurf__check_edge(patches, &control, shortest, rate, e, &basis, result);
     return PSURF_OK;
 }
 
-/* Grows a box by the points of a net; sectors have the origin of theirs behind them. */
-static void psurf__grow(psurf_real *box, const psurf__kind_row *row, const psurf_real *net)
+/* The box of a facet's Bezier points; a lane per sector. */
+static void psurf__facet_box(const psurf_patches *patches, uint32_t facet, psurf_real *box)
 {
-    const psurf_real *origin = row->sectors > 1 ? net + 3 * row->net_points : NULL;
+    const psurf__view view = psurf__view_facet(patches, facet);
+    psurf_real low[3][8], high[3][8];
+    psurf__batch batch;
+    psurf__spot spot;
     uint32_t i, k;
-    for (i = 0; i < row->net_points; i++)
+    psurf__clear(&spot, sizeof spot);
+    psurf__lone_batch(&batch, psurf__facet_kind(patches->topology, facet), view.points, &spot);
+    batch.count = view.row->sectors;
+    for (i = 0; i < batch.count; i++) batch.spot[i].sector = i;
+    psurf__best_kernels()->hull(&batch, low, high);
+    for (i = 0; i < batch.count; i++)
         for (k = 0; k < 3; k++) {
-            const psurf_real x = origin ? net[3 * i + k] + origin[k] : net[3 * i + k];
-            if (x < box[k]) box[k] = x;
-            if (x > box[k + 3]) box[k + 3] = x;
+            if (low[k][i] < box[k]) box[k] = low[k][i];
+            if (high[k][i] > box[k + 3]) box[k + 3] = high[k][i];
         }
 }
 
@@ -4084,15 +5832,10 @@ static void psurf__face_box(const psurf_patches *patches, uint32_t face, psurf_r
     const uint32_t first = t->face_facet[face];
     const int split = (t->facets[first].piece & PSURF_SPLIT_FACE) != 0;
     const uint32_t pieces = split ? psurf__face_size(t, face) : 1;
-    psurf_real store[PSURF__NET_REALS], size = 0;
-    uint32_t p, i, k;
-    for (p = 0; p < pieces; p++) {
-        const psurf__view view = psurf__view_facet(patches, first + p);
-        for (k = 0; k < 6 && p == 0; k++) box[k] = view.points[k % 3];
-        for (i = 0; i < view.row->sectors; i++)
-            psurf__grow(box, view.row,
-                        view.row->net(view.points, view.row->sectors, i, store));
-    }
+    psurf_real size = 0;
+    uint32_t p, k;
+    for (k = 0; k < 6; k++) box[k] = psurf__view_facet(patches, first).points[k % 3];
+    for (p = 0; p < pieces; p++) psurf__facet_box(patches, first + p, box);
     for (k = 0; k < 6; k++)
         if (psurf__abs(box[k]) > size) size = psurf__abs(box[k]);
     for (k = 0; k < 6; k++) box[k] += (k < 3 ? -eps : eps) * size;              /* for rounding */
@@ -4107,7 +5850,7 @@ PSURF_API void psurf_bounds(const psurf_patches *patches, uint32_t first_face, u
         psurf__face_box(patches, f, min_max + 6 * (size_t)(f - first_face));
 }
 
-/* >>9 ALL AT ONCE, AND BUILD FACTS ============================================================ */
+/* >>11 ALL AT ONCE, AND BUILD FACTS =========================================================== */
 
 static void psurf__carve_smooth(psurf_smooth_mesh *mesh, psurf__block *block)
 {
@@ -4248,6 +5991,49 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__CARVE
 #undef PSURF__CARVE_TABLE
 #undef PSURF__ASSERT_SIZE
+#undef PSURF__INLINE
+#undef PSURF__IS_float
+#undef PSURF__IS_double
+#undef PSURF__IS_OF
+#undef PSURF__IS
+#undef PSURF__SIMD
+#undef PSURF__SIMD_X86
+#undef PSURF__DISPATCH
+#undef PSURF__CHUNK
+#undef PSURF__BLOCK
+#undef PSURF__PROBES
+#undef PSURF__PARALLEL
+#undef PSURF__SHORT
+#undef PSURF__LONG
+#undef PSURF__SET
+#undef PSURF__TEXT
+#undef PSURF__NAME_OF
+#undef PSURF__PASTE
+#undef PSURF__PASTE_SET
+#undef PSURF__K
+#undef psurf__lanes
+#undef psurf__l_load
+#undef psurf__l_store
+#undef psurf__l_all
+#undef psurf__l_add
+#undef psurf__l_sub
+#undef psurf__l_mul
+#undef psurf__l_div
+#undef psurf__l_sqrt
+#undef psurf__l_greater
+#undef psurf__l_columns
+#undef psurf__l_write3
+#undef psurf__l_write6
+#undef psurf__l3
+#undef psurf__l3_zero
+#undef psurf__l3_add
+#undef psurf__l3_sub
+#undef psurf__l3_mul
+#undef psurf__l3_mad
+#undef psurf__l3_mix
+#undef psurf__l3_dot
+#undef psurf__l3_cross
+#undef psurf__l3_store
 #if defined(__clang__)
 #if defined(__x86_64__) || defined(__i386__)
 #pragma float_control(pop)
@@ -4259,7 +6045,9 @@ PSURF_API int psurf_exact(void)
 #elif defined(_MSC_VER)
 #pragma float_control(pop)
 #endif
-#endif /* PSURF_IMPLEMENTATION */
+#undef PSURF__IMPLEMENTING
+#undef PSURF__ONCE
+#endif /* PSURF__ONCE */
 
 /*
 This software is available under two licences: take whichever you prefer.

@@ -1,6 +1,6 @@
 #!/bin/sh
 # The header defines no symbol and no macro without its prefix, has no writable data, and asks
-# nothing of the C library but what it says.
+# nothing of the C library but what it says, and of the compiler's which processor this is.
 #
 #   tests/check_symbols.sh [COMPILER [FLAGS...]]
 set -u
@@ -39,6 +39,12 @@ new_macros() {
 #include <math.h>
 #include <float.h>
 #include <limits.h>'
+    case $(macros '') in                # and of the instruction set in use
+    *__SSE2__*) headers="$headers
+#include <immintrin.h>" ;;
+    *__ARM_NEON*) headers="$headers
+#include <arm_neon.h>" ;;
+    esac
     macros "$headers" >"$scratch/before"
     macros "$headers" "$@" | comm -13 "$scratch/before" -
 }
@@ -54,9 +60,9 @@ defined normal | awk '$2 ~ /[a-z]/ && $3 !~ /^\.|\.[0-9]+$/ && $3 !~ /^psurf_/ {
     complain 'private, without the prefix psurf_'
 defined normal | awk '$2 ~ /[bBdDcC]/ && $3 !~ /^\./ { print $3 }' | complain 'writable data'
 defined static | awk '$2 ~ /[A-Z]/ { print $3 }' | complain 'exported with PSURF_STATIC'
-undefined normal | grep -v -x -E 'malloc|free|mem(cpy|set|move|cmp)|sqrtf?' |
+undefined normal | grep -v -x -E 'malloc|free|mem(cpy|set|move|cmp)|sqrtf?|__cpu_model' |
     complain 'asked of the C library'
-undefined bare | grep -v -x -E 'mem(cpy|set|move|cmp)|sqrtf?' |
+undefined bare | grep -v -x -E 'mem(cpy|set|move|cmp)|sqrtf?|__cpu_model' |
     complain 'asked of the C library with PSURF_NO_STDLIB'
 
 new_macros '#include "patchsurf.h"' >"$scratch/api"

@@ -25,7 +25,7 @@ is_x86() { [ "$(uname -m)" = x86_64 ]; }
 tests() { for test in tests/test_*.c; do basename "$test" .c; done; }
 
 steps() {
-    local test cc std
+    local test cc std simd
     echo fuzz_topology fuzz 40 -DPSURF_REAL=float
     echo fuzz_topology_double fuzz 20 -DPSURF_REAL=double
     for cc in gcc clang; do
@@ -59,6 +59,7 @@ steps() {
 
     for cc in gcc clang; do
         for level in 0 1 2 3; do echo "hash_${cc}_O$level hash none $cc -O$level"; done
+        for simd in NO_AVX2 NO_SIMD; do echo "hash_${cc}_$simd hash none $cc -O2 -DPSURF_$simd"; done
         echo "hash_${cc}_native hash none $cc -std=gnu17 -O3 -march=native"
         echo "hash_${cc}_c++17 hash none $cc -x c++ -std=gnu++17 -O3 -march=native"
     done
@@ -193,12 +194,15 @@ cracks_without_pragmas() {
             -o "$work/program" -lm || return 1
     printf '#!/bin/sh\nexec %s %s "$@"\n' "$emulator" "$work/program" >"$work/patchsurf"
     chmod +x "$work/patchsurf"
-    local mesh status
+    local mesh status found=0           # both sides of a regular grid fuse the same operations
     for mesh in "${meshes[@]}"; do
         python3 tests/check_cracks.py --tool "$work/patchsurf" --rates 7,8 "$mesh"
         status=$?
-        [ $status = 1 ] || { echo "exit status $status, not 1" && return 1; }
+        [ $status -le 1 ] || { echo "exit status $status, not 0 or 1" && return 1; }
+        found=$((found + status))
     done
+    echo "cracks in $found of ${#meshes[@]} meshes"
+    [ $((2 * found)) -gt ${#meshes[@]} ]
 }
 
 # ---- the tests under other compilers, sanitizers and processors ----------------------------------
