@@ -6,7 +6,7 @@ make demo     build the tool and turn the sample meshes into smooth GLB files in
 make test     build and run every test
 make matrix   compilers, standards, sanitizers, architectures, fuzzing; installs what they need
 make tool     build/patchsurf, the command-line tool
-make bench    build and run the benchmark
+make bench    race OpenSubdiv, two or three minutes; installs it (libosd-dev) where it is missing
 make clean    remove build/
 
 CC, CFLAGS   the compiler and its flags, here: $(CC) $(CFLAGS)
@@ -65,14 +65,30 @@ demo: $(DEMOS)
 	    printf '  %-34s %8d bytes\n' "$$glb" $$(wc -c < "$$glb"); \
 	done
 
+# ---- the benchmark -------------------------------------------------------------------------------
+
 BENCH_FLAGS := -O3
-build/bench: bench/bench.c | build $(AFTER_DEPS)
-	$(call COMPILE,$(BENCH_FLAGS) -DBENCH_FLAGS='"$(BENCH_FLAGS)"' $(WARNINGS))
+BENCH_OBJECTS := $(patsubst bench/%,build/obj/%.o,$(wildcard bench/*.c bench/*.cc))
+BENCH_COMMON = -I. -MMD -MP $(BENCH_FLAGS) -DBENCH_FLAGS='"$(BENCH_FLAGS)"' -c $< -o $@
+
+.PHONY: bench-deps
+bench-deps:
+	@sh tests/deps.sh bench
+
+build/obj/%.c.o: bench/%.c | build/obj bench-deps $(AFTER_DEPS)
+	$(if $(V),,@echo '  $(CC) $@' &&) $(CC) -std=c99 $(WARNINGS) $(BENCH_COMMON)
+build/obj/%.cc.o: bench/%.cc | build/obj bench-deps $(AFTER_DEPS)
+	$(if $(V),,@echo '  $(CXX) $@' &&) $(CXX) -std=c++11 \
+	    $(filter-out -Wstrict-prototypes -Wmissing-prototypes,$(WARNINGS)) $(BENCH_COMMON)
+build/bench: $(BENCH_OBJECTS)
+	$(if $(V),,@echo '  $(CXX) $@' &&) $(CXX) $(BENCH_OBJECTS) -o $@ -losdCPU -lpthread -lm
 
 bench: build/bench
 	@build/bench
 
-build build/demo build/san:
+-include $(wildcard build/obj/*.d)
+
+build build/demo build/san build/obj:
 	@mkdir -p $@
 
 # ---- tests ---------------------------------------------------------------------------------------

@@ -1,728 +1,836 @@
-/* bench.c - how long every stage of patchsurf takes on this machine, and how much memory.
+/* bench.c - patchsurf against OpenSubdiv, stage by stage, in one process.
 
-       gcc -O3 -I. -DBENCH_FLAGS='"-O3"' bench/bench.c -o build/bench -lm
-       build/bench                      tables on standard output, a minute and a half
-       build/bench --quick              small meshes, few runs: does everything still work?
-       build/bench --csv FILE           the same figures as rows; a FILE that ends in / is a
-                                        directory, where <cpu>-<date>.csv is written
+   `make bench` builds and runs it, README.md says what is measured and how, --help what options
+   there are. */
 
-   One thread. Every stage runs once to warm up, then as often as its share of time allows: the
-   tables give the fastest and the median run. Outputs are checked in the same process: figures of
-   wrong results are worth nothing. bench/README.md says what the figures mean. */
+#include "compare.h"
+#include "surface.h"
+#include "threads.h"
 
-#if !defined(_POSIX_C_SOURCE)
-#define _POSIX_C_SOURCE 200809L         /* clock_gettime, isatty */
-#endif
-
-#define PSURF_IMPLEMENTATION
-#include "patchsurf.h"
-
-#include <ctype.h>
 #include <math.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <time.h>
-#include <unistd.h>
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#endif
 
-#ifndef BENCH_FLAGS
-#define BENCH_FLAGS "not given (define BENCH_FLAGS)"
-#endif
+typedef struct settings {
+    int quick, sabotage;
+    double seconds;                     /* per race */
+    int rounds;                         /* at least */
+    const char *json, *results;
+} settings;
 
-enum {
-    OUTPUT_BYTES = 64 << 20,            /* of one tessellation call: well beyond most caches */
-    EVAL_SAMPLES = 1 << 16,
-    MAX_RUNS = 200,
-    ROWS = 11                           /* per mesh, for the progress display */
-};
+static settings options;
+static float *out, *expected;           /* STORE_BYTES each */
 
-static void fail(const char *what)
+/* The stages that are raced; their names in the file. */
+typedef enum race_stage {
+    BUILD, REFRESH, EVAL_5, EVAL_9, EVAL_17, EVAL_33, POSITIONS_17, MEMORY, STAGE_COUNT
+} race_stage;
+static const char *const stage_names[STAGE_COUNT] = { "build", "refresh", "eval_n5", "eval_n9",
+    "eval_n17", "eval_n33", "position_n17", "memory" };
+
+/* What goes into the file beside the rows. Column 0 is patchsurf, column 1 + k path k; 0 where the
+   path has no such stage. */
+enum { COLUMNS = 1 + OSD_KIND_COUNT };
+typedef struct summary {
+    double cost[STAGE_COUNT][COLUMNS];  /* medians: ns per face or point; bytes per face */
+    double store_share, store_rate;     /* of the last evaluation; GB/s */
+    deviation from_limit;               /* patchsurf's */
+    double two_threads[2], growth[3];
+} summary;
+
+static summary figures;
+
+/* A path / patchsurf; 0 where the path has no such stage. */
+static double ratio(const double cost[COLUMNS], int path) { return cost[1 + path] / cost[0]; }
+
+/* OpenSubdiv's best path / patchsurf. */
+static double best_ratio(const double cost[COLUMNS])
 {
-    fprintf(stderr, "\nbench: %s\n", what);
-    exit(1);
+    double best = 0;
+    int k;
+    for (k = 0; k < OSD_KIND_COUNT; k++)
+        if (cost[1 + k] > 0 && (!(best > 0) || ratio(cost, k) < best)) best = ratio(cost, k);
+    return best;
 }
 
-static void *allocate(size_t size)
+/* One frame of an animation: refresh, then all points at n * n per face. */
+static void frame_costs(const summary *s, race_stage at, double n, double cost[COLUMNS])
 {
-    void *memory = malloc(size ? size : 1);
-    if (!memory) fail("out of memory");
-    return memory;
-}
-
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static uint32_t random_state = 1;
-static uint32_t random_u32(void)        /* xorshift32 */
-{
-    random_state ^= random_state << 13;
-    random_state ^= random_state >> 17;
-    random_state ^= random_state << 5;
-    return random_state;
-}
-static float random_unit(void) { return (float)(random_u32() >> 8) / 16777216.0f; }
-
-/* ---- meshes: a lumpy torus, made of tiles of 4 x 4 cells ------------------------------------- */
-
-typedef enum mesh_kind { ALL_ORDINARY, FROG_LIKE, MIXED } mesh_kind;
-static const char *const mesh_names[] = { "ordinary", "frog-like", "mixed" };
-
-typedef struct mesh {
-    mesh_kind kind;
-    uint32_t size;                      /* cells along and around */
-    uint32_t vertices, faces, indices;
-    uint32_t *face_sizes, *face_vertices;
-    float *positions;
-} mesh;
-
-/* Vertex of the grid, both directions wrapped. */
-static uint32_t grid(const mesh *m, uint32_t x, uint32_t y)
-{
-    return y % m->size * m->size + x % m->size;
-}
-
-static void place(mesh *m, uint32_t vertex, double x, double y)
-{
-    double turn = 6.283185307179586 / m->size;
-    double a = x * turn, b = y * turn;
-    double tube = 0.5 + 0.06 * sin(7.0 * a) * cos(5.0 * b) + 0.03 * cos(13.0 * (a + b));
-    float *p = m->positions + 3 * (size_t)vertex;
-    p[0] = (float)((1.5 + tube * cos(b)) * cos(a));
-    p[1] = (float)((1.5 + tube * cos(b)) * sin(a));
-    p[2] = (float)(tube * sin(b));
-}
-
-static void add_face(mesh *m, uint32_t n, uint32_t a, uint32_t b, uint32_t c, uint32_t d,
-                     uint32_t e)
-{
-    uint32_t corners[5];
-    corners[0] = a; corners[1] = b; corners[2] = c; corners[3] = d; corners[4] = e;
-    memcpy(m->face_vertices + m->indices, corners, n * sizeof *corners);
-    m->face_sizes[m->faces++] = n;
-    m->indices += n;
-}
-
-static void add_cell(mesh *m, uint32_t x, uint32_t y)
-{
-    add_face(m, 4, grid(m, x, y), grid(m, x + 1, y), grid(m, x + 1, y + 1), grid(m, x, y + 1), 0);
-}
-
-/* Two quads side by side whose common edge is turned: vertices of valence 3, 3, 5, 5, which 10 of
-   the 16 quads of the tile touch. */
-static void add_turned_edge(mesh *m, uint32_t x, uint32_t y)
-{
-    uint32_t a = grid(m, x, y), b = grid(m, x + 1, y), c = grid(m, x + 2, y);
-    uint32_t d = grid(m, x + 2, y + 1), e = grid(m, x + 1, y + 1), f = grid(m, x, y + 1);
-    add_face(m, 4, f, a, b, c, 0);
-    add_face(m, 4, c, d, e, f, 0);
-}
-
-/* A quad cut in two by an edge that ends in T-corners: its neighbours become pentagons. */
-static void add_t_corners(mesh *m, uint32_t x, uint32_t y)
-{
-    uint32_t left = m->vertices++, right = m->vertices++;
-    place(m, left, x + 1, y + 0.5);
-    place(m, right, x + 2, y + 0.5);
-    add_face(m, 5, grid(m, x, y), grid(m, x + 1, y), left, grid(m, x + 1, y + 1),
-             grid(m, x, y + 1));
-    add_face(m, 4, grid(m, x + 1, y), grid(m, x + 2, y), right, left, 0);
-    add_face(m, 4, left, right, grid(m, x + 2, y + 1), grid(m, x + 1, y + 1), 0);
-    add_face(m, 5, grid(m, x + 2, y), grid(m, x + 3, y), grid(m, x + 3, y + 1),
-             grid(m, x + 2, y + 1), right);
-}
-
-static void add_triangles(mesh *m, uint32_t x, uint32_t y)
-{
-    uint32_t a = grid(m, x, y), c = grid(m, x + 1, y + 1);
-    add_face(m, 3, a, grid(m, x + 1, y), c, 0, 0);
-    add_face(m, 3, c, grid(m, x, y + 1), a, 0, 0);
-}
-
-static void add_tile(mesh *m, uint32_t tile, uint32_t x0, uint32_t y0)
-{
-    int turned = m->kind == FROG_LIKE && tile % 25 != 24;    /* 24/25 of 10/16: 60 % of the quads */
-    uint32_t x, y;
-    for (y = 0; y < 4; y++)
-        for (x = 0; x < 4; x++) {
-            if (turned && y == 1 && (x == 1 || x == 2)) {
-                if (x == 1) add_turned_edge(m, x0 + x, y0 + y);
-            } else if (m->kind == MIXED && y == 0 && x < 3) {
-                if (x == 0) add_t_corners(m, x0, y0);
-            } else if (m->kind == MIXED && y == 2 && (x == 1 || x == 2)) {
-                add_triangles(m, x0 + x, y0 + y);
-            } else {
-                add_cell(m, x0 + x, y0 + y);
-            }
-        }
-}
-
-static mesh mesh_make(mesh_kind kind, uint32_t size)
-{
-    mesh m;
-    uint32_t tiles = size / 4, max_faces = tiles * tiles * 19, i;
-    memset(&m, 0, sizeof m);
-    m.kind = kind;
-    m.size = tiles * 4;
-    m.vertices = m.size * m.size;
-    m.face_sizes = (uint32_t *)allocate(max_faces * sizeof(uint32_t));
-    m.face_vertices = (uint32_t *)allocate(max_faces * 5 * sizeof(uint32_t));
-    m.positions = (float *)allocate((m.vertices + 2 * tiles * tiles) * 3 * sizeof(float));
-    for (i = 0; i < m.size * m.size; i++) place(&m, i, i % m.size, i / m.size);
-    for (i = 0; i < tiles * tiles; i++) add_tile(&m, i, i % tiles * 4, i / tiles * 4);
-    return m;
-}
-
-static void mesh_free(mesh *m)
-{
-    free(m->face_sizes);
-    free(m->face_vertices);
-    free(m->positions);
-}
-
-/* ---- an allocator that counts ---------------------------------------------------------------- */
-
-typedef struct counter { size_t held, peak; unsigned calls; } counter;
-
-static void *counted_alloc(void *ctx, size_t size, size_t align)
-{
-    counter *c = (counter *)ctx;
-    (void)align;                        /* at most 16: malloc's own on the machines benched */
-    c->calls++;
-    c->held += size;
-    if (c->held > c->peak) c->peak = c->held;
-    return malloc(size);
-}
-
-static void counted_release(void *ctx, void *memory, size_t size)
-{
-    ((counter *)ctx)->held -= size;
-    free(memory);
-}
-
-/* ---- what is measured: a run does one stage once and returns its seconds per item ------------ */
-
-typedef struct job {
-    mesh m;
-    psurf_mesh_desc desc;
-    counter memory;
-    psurf_topology *topology;
-    psurf_info info;
-    psurf_patches patches;
-    psurf_construct_desc construct;
-    psurf_tess_desc tess;               /* of the row being measured, with the four below */
-    int normals;
-    uint32_t first_face, face_count;    /* moves on from run to run */
-    size_t points;                      /* written by the last run */
-    uint32_t *index;                    /* NULL: no indices */
-    float *p, *n;                       /* OUTPUT_BYTES in all, p first, n behind it */
-    psurf_sample *samples;              /* [EVAL_SAMPLES] at random */
-    float *derivatives;                 /* 5 x [EVAL_SAMPLES][3] */
-} job;
-
-typedef double run_function(job *j);
-
-static double run_topology(job *j)
-{
-    psurf_topology *topology;
-    double start = now(), end;
-    if (psurf_topology_create(&j->desc, &topology, NULL)) fail("topology was refused");
-    end = now();
-    psurf_topology_destroy(topology);
-    return (end - start) / j->m.faces;
-}
-
-static double run_pass(job *j, psurf_pass pass)
-{
-    double start = now();
-    if (psurf_construct_pass(&j->patches, &j->construct, pass, 0, UINT32_MAX))
-        fail("construction failed");
-    return (now() - start) / j->m.faces;
-}
-static double run_vertices(job *j) { return run_pass(j, PSURF_PASS_VERTICES); }
-static double run_facets(job *j) { return run_pass(j, PSURF_PASS_FACETS); }
-
-static double run_tessellate(job *j)
-{
-    psurf_tess_span span;
-    psurf_tess_out out;
-    double start, end;
-    int per_face = (j->tess.flags & PSURF_TESS_PER_FACE) != 0;
-    uint32_t first = per_face ? j->first_face : 0, count = per_face ? j->face_count : j->m.faces;
-    if (psurf_tessellate_size(j->topology, &j->tess, first, count, &span))
-        fail("tessellation was refused");
-    memset(&out, 0, sizeof out);
-    out.p = j->p;
-    out.n = j->normals ? j->n : NULL;
-    out.indices = j->index;
-    out.first_vertex = span.first_vertex;
-    out.first_index = span.first_index;
-    start = now();
-    if (psurf_tessellate(&j->patches, &j->tess, first, count, &out)) fail("tessellation failed");
-    end = now();
-    j->points = span.vertex_count;
-    j->first_face = first + 2 * count <= j->m.faces ? first + count : 0;
-    return (end - start) / span.vertex_count;
-}
-
-static double run_eval(job *j, int derivatives)
-{
-    psurf_points out;
-    double start;
-    float *d = j->derivatives;
-    size_t step = (size_t)EVAL_SAMPLES * 3;
-    memset(&out, 0, sizeof out);
-    out.p = j->p;
-    out.n = j->n;
-    if (derivatives) {
-        out.du = d;
-        out.dv = d + step;
-        out.duu = d + 2 * step;
-        out.duv = d + 3 * step;
-        out.dvv = d + 4 * step;
+    int i;
+    for (i = 0; i < COLUMNS; i++) {
+        /* those with stencils of level on level evaluate as those without */
+        const int twin = i == 1 + OSD_BSPLINE_LEVELS ? 1 + OSD_BSPLINE
+                         : i == 1 + OSD_GREGORY_LEVELS ? 1 + OSD_GREGORY : i;
+        const double points = s->cost[at][twin] * n * n;
+        cost[i] = points > 0 ? s->cost[REFRESH][i] + points : 0;
     }
-    start = now();
-    psurf_eval(&j->patches, j->samples, EVAL_SAMPLES, &out);
-    return (now() - start) / EVAL_SAMPLES;
 }
-static double run_eval_pn(job *j) { return run_eval(j, 0); }
-static double run_eval_all(job *j) { return run_eval(j, 1); }
 
-/* ---- runs and their statistics --------------------------------------------------------------- */
+/* ---- one race as a table --------------------------------------------------------------------- */
 
-typedef struct timing { double min, median; int runs; } timing;
+/* Prints and notes a race in which runners[0] is patchsurf. */
+static void report(const mesh *m, const char *measure, const char *unit, const runner *runners,
+                   int count)
+{
+    int i;
+    progress(NULL);
+    printf("  %-14s %-13s %10s %10s%s\n", measure, unit, "min", "median",
+           count > 1 ? "      ratio" : "");
+    for (i = 0; i < count; i++) {
+        const runner *r = &runners[i];
+        printf("    %-26s %10.2f %10.2f", r->name, r->min, r->median);
+        if (i) printf(" %8.1f x", r->median / runners[0].median);
+        printf("\n");
+        note(m->name, m->faces, measure, r->name, unit, r->min, r->median, r->runs);
+    }
+    fflush(stdout);
+}
 
-static double budget = 0.4;             /* seconds per row */
+static void set_costs(race_stage at, const runner *runners, int count)
+{
+    int i;
+    for (i = 0; i < count; i++) figures.cost[at][1 + runners[i].path] = runners[i].median;
+}
+
+static runner make_runner(const char *name, double (*run)(void *), void *what, double items)
+{
+    runner r;
+    memset(&r, 0, sizeof r);
+    r.name = name;
+    r.run = run;
+    r.what = what;
+    r.items = items;
+    r.path = -1;
+    return r;
+}
+
+static runner osd_runner(int kind, double (*run)(void *), osd_path *path, double items)
+{
+    runner r = make_runner(osd_name((osd_kind)kind), run, path, items);
+    r.path = kind;
+    return r;
+}
+
+/* ---- OpenSubdiv's stages as runners ---------------------------------------------------------- */
+
+static double run_osd_build(void *path)
+{
+    double start;
+    osd_drop((osd_path *)path);
+    start = work_time();
+    osd_build((osd_path *)path);
+    return work_time() - start;
+}
+
+static double run_osd_refresh(void *path)
+{
+    const double start = work_time();
+    osd_refresh((osd_path *)path);
+    return work_time() - start;
+}
+
+static double run_osd_evaluate(void *path)
+{
+    const double start = work_time();
+    osd_evaluate((osd_path *)path, out);
+    return work_time() - start;
+}
+
+static double run_osd_positions(void *path)
+{
+    const double start = work_time();
+    osd_positions((osd_path *)path, out);
+    return work_time() - start;
+}
+
+typedef struct duel {
+    mesh m;
+    surface s;
+    osd_path *path[OSD_KIND_COUNT];     /* NULL: not in this duel */
+} duel;
+
+/* As many of the first faces as are evaluated at N = n: every 400 are 25 tiles. */
+static uint32_t evaluated_faces(const duel *d, uint32_t n)
+{
+    const uint32_t most = options.quick ? 400 : 400 * (n < 9 ? 16 : n < 17 ? 4 : n < 33 ? 2 : 1);
+    return d->m.faces < most + 100 ? d->m.faces : most;
+}
+
+static void duel_open(duel *d, torus_kind kind, uint32_t size)
+{
+    int k;
+    memset(d, 0, sizeof *d);
+    d->m = mesh_torus(kind, size);
+    surface_open(&d->s, &d->m);
+    for (k = 0; k < OSD_KIND_COUNT; k++) {
+        if (k == OSD_UNIFORM && (d->m.faces > 5000 || options.quick)) continue;
+        progress(osd_name((osd_kind)k));
+        d->path[k] = osd_open((osd_kind)k, &d->m);
+        osd_build(d->path[k]);
+        osd_refresh(d->path[k]);
+    }
+}
+
+static void duel_close(duel *d)
+{
+    int k;
+    for (k = 0; k < OSD_KIND_COUNT; k++) osd_close(d->path[k]);
+    surface_close(&d->s);
+    mesh_free(&d->m);
+}
+
+static void print_mesh(const surface *s)
+{
+    int k;
+    printf("\n%s, %u faces:", s->m->name, (unsigned)s->m->faces);
+    for (k = 0; k < PSURF_KIND_COUNT; k++)
+        if (s->info.kind_faces[k])
+            printf(" %u %s (%.0f %%)", (unsigned)s->info.kind_faces[k],
+                   psurf_kind_name((psurf_kind)k), 100.0 * s->info.kind_faces[k] / s->m->faces);
+    printf("\n");
+}
+
+/* ---- stages against each other --------------------------------------------------------------- */
+
+/* A stage that all paths with control points have. */
+static void race_control_points(duel *d, race_stage at, double (*ours)(void *),
+                                double (*theirs)(void *), int rounds)
+{
+    runner r[MAX_RUNNERS];
+    int n = 0, k;
+    progress(stage_names[at]);
+    r[n++] = make_runner("patchsurf", ours, &d->s, d->m.faces);
+    for (k = OSD_BSPLINE; k <= OSD_BFR; k++)
+        r[n++] = osd_runner(k, theirs, d->path[k], d->m.faces);
+    race(r, n, options.seconds, rounds);
+    report(&d->m, stage_names[at], "ns/face", r, n);
+    set_costs(at, r, n);
+    for (k = OSD_BSPLINE; k <= OSD_BFR; k++) osd_refresh(d->path[k]);
+}
+
+/* Paths that evaluate; those with a table per level evaluate as those with one. */
+static int evaluates(const duel *d, int k, int normals)
+{
+    return d->path[k] && k != OSD_BSPLINE_LEVELS && k != OSD_GREGORY_LEVELS &&
+           (k != OSD_UNIFORM || !normals);
+}
+
+/* By how much points may differ: positions in percent of the diagonal, normals in degrees, in the
+   mean and at most. In float, normals on the small patches round a vertex stray. */
+typedef struct allowance { double position, mean_degrees, degrees; } allowance;
+
+static const allowance patchsurf_allowed = { 0.4, 1.5, 10 };       /* near the limit, not on it */
+static const allowance limit_allowed = { 0.2, 0.2, 6 };         /* OpenSubdiv's paths from it */
+static const allowance twin_allowed = { 0.001, 0.05, 3 };       /* the same surface, rounded */
+
+static void require(deviation d, allowance allowed)
+{
+    if (d.max <= allowed.position && d.rms_degrees <= allowed.mean_degrees &&
+        d.max_degrees <= allowed.degrees)
+        return;
+    fail("points differ by more than they may: wrong results");
+}
+
+/* What has been raced, compared: all with Bfr, or positions alone with those that have normals. */
+static void check_race(duel *d, const tessellation *t, uint32_t n)
+{
+    const uint32_t faces = evaluated_faces(d, n);
+    const size_t count = (size_t)faces * n * n;
+    size_t i;
+    int k;
+    if (!t->normals) {
+        tessellation both;
+        tessellation_open(&both, &d->s, n, 1, expected);
+        tessellate(&both, 0, faces, expected);
+        tessellate(t, 0, faces, out);
+        for (i = 0; i < count; i++)
+            if (memcmp(out + 3 * i, expected + 6 * i, 3 * sizeof(float)))
+                fail("positions have other bits without normals");
+        return;
+    }
+    osd_evaluate(d->path[OSD_BFR], expected);
+    tessellate(t, 0, faces, out);
+    require(deviation_of(out, expected, count, diagonal(&d->m)), patchsurf_allowed);
+    for (k = 0; k < OSD_KIND_COUNT; k++) {
+        if (!evaluates(d, k, 1)) continue;
+        osd_evaluate(d->path[k], out);
+        require(deviation_of(out, expected, count, diagonal(&d->m)),
+                k == OSD_BSPLINE ? limit_allowed : twin_allowed);
+    }
+}
+
+static void race_points(duel *d, race_stage at)
+{
+    static const uint32_t n_of[STAGE_COUNT] = { 0, 0, 5, 9, 17, 33, 17, 0 };
+    const uint32_t n = n_of[at];
+    const int normals = at != POSITIONS_17;
+    runner r[MAX_RUNNERS];
+    tessellation t;
+    double stored;
+    int count = 0, k;
+    progress(stage_names[at]);
+    tessellation_open(&t, &d->s, n, normals, out);
+    r[count++] = make_runner("patchsurf", run_tessellation, &t, t.points);
+    for (k = 0; k < OSD_KIND_COUNT; k++)
+        if (evaluates(d, k, normals)) {
+            const uint32_t faces = k == OSD_UNIFORM ? d->m.faces : evaluated_faces(d, n);
+            r[count++] = osd_runner(k, normals ? run_osd_evaluate : run_osd_positions, d->path[k],
+                                    (double)osd_sample(d->path[k], n, faces));
+        }
+    r[count] = make_runner("stores", run_stream, out, STORE_BYTES);
+    race(r, count + 1, options.seconds, options.rounds);
+    report(&d->m, stage_names[at], "ns/point", r, count);
+    set_costs(at, r, count);
+    stored = (normals ? 24 : 12) / r[0].median;
+    figures.store_rate = 1 / r[count].median;
+    figures.store_share = stored / figures.store_rate;
+    printf("    patchsurf stores %.2f GB/s: %.0f %% of non-temporal stores (%.2f GB/s)\n", stored,
+           100 * figures.store_share, figures.store_rate);
+    note(d->m.name, d->m.faces, stage_names[at], "non-temporal stores", "ns/byte", r[count].min,
+         r[count].median, r[count].runs);
+    check_race(d, &t, n);
+}
+
+/* ---- memory ---------------------------------------------------------------------------------- */
+
+static void note_memory(const mesh *m, const char *path, double resident, double peak,
+                        double allocations)
+{
+    printf("    %-26s %10.0f %10.0f %10.0f\n", path, resident, peak, allocations);
+    note(m->name, m->faces, "resident", path, "byte/face", resident, resident, 1);
+    note(m->name, m->faces, "peak", path, "byte/face", peak, peak, 1);
+    note(m->name, m->faces, "allocations", path, "count", allocations, allocations, 1);
+}
+
+static double patchsurf_memory(const surface *s)
+{
+    const double faces = s->m->faces, patches = (double)s->patches.layout.patch_bytes / faces;
+    const double scratch = (double)s->patches.layout.scratch_bytes / faces;
+    const double topology = (double)s->info.bytes / faces, peak = (double)s->memory.peak / faces;
+    const double built = topology + patches + scratch;
+    printf("  %-28s %10s %10s %10s\n", "bytes/face", "resident", "peak", "allocs");
+    note_memory(s->m, "patchsurf", topology + patches, peak > built ? peak : built,
+                s->memory.calls);
+    printf("      topology %.0f, patches %.0f; scratch of a frame %.0f; peak heap of building the "
+           "topology %.0f\n", topology, patches, scratch, peak);
+    note(s->m->name, s->m->faces, "scratch", "patchsurf", "byte/face", scratch, scratch, 1);
+    note(s->m->name, s->m->faces, "peak of topology", "patchsurf", "byte/face", peak, peak, 1);
+    return topology + patches;
+}
+
+static void compare_memory(duel *d)
+{
+    const double faces = d->m.faces;
+    int k;
+    figures.cost[MEMORY][0] = patchsurf_memory(&d->s);
+    for (k = OSD_BSPLINE; k <= OSD_BFR; k++) {
+        const osd_memory memory = osd_build_counted(d->path[k]);
+        const double bytes = (double)memory.resident / faces;
+        note_memory(&d->m, osd_name((osd_kind)k), bytes, (double)memory.peak / faces,
+                    (double)memory.allocations);
+        figures.cost[MEMORY][1 + k] = bytes;
+        osd_refresh(d->path[k]);
+    }
+}
+
+/* ---- are the points right? ------------------------------------------------------------------- */
+
+static deviation compare_path(const mesh *m, const char *name, const float *points, size_t count,
+                              allowance allowed)
+{
+    const deviation d = deviation_of(points, expected, count, diagonal(m));
+    printf("    %-26s %10.4f %10.5f %10.3f %10.4f", name, d.max, d.rms, d.max_degrees,
+           d.rms_degrees);
+    check_points(name, points, count, 6);
+    note(m->name, m->faces, "deviation, largest", name, "% of diagonal", d.max, d.max, 1);
+    note(m->name, m->faces, "deviation, rms", name, "% of diagonal", d.rms, d.rms, 1);
+    note(m->name, m->faces, "normals, largest", name, "degrees", d.max_degrees, d.max_degrees, 1);
+    note(m->name, m->faces, "normals, rms", name, "degrees", d.rms_degrees, d.rms_degrees, 1);
+    require(d, allowed);
+    return d;
+}
+
+static void print_unmet(const mesh *m, const char *name, const float *points, uint32_t n,
+                        uint32_t faces)
+{
+    const double percent = unmet_percent(m, points, n, faces);
+    printf(" %8.1f %%\n", percent);
+    note(m->name, m->faces, "unequal on edges", name, "% of samples", percent, percent, 1);
+}
+
+/* Points of a uniform refinement lie off the surface, but not far. */
+static void check_uniform(duel *d, uint32_t n, uint32_t faces)
+{
+    const double allowed = 0.002 * diagonal(&d->m);
+    uint32_t i;
+    if (!d->path[OSD_UNIFORM]) return;
+    osd_sample(d->path[OSD_UNIFORM], 17, d->m.faces);
+    osd_positions(d->path[OSD_UNIFORM], out);
+    for (i = 0; i < faces; i++) {       /* a face's first sample is its first vertex */
+        const uint32_t v = d->m.face_vertices[4 * i];
+        const float *a = out + 4 * (size_t)osd_uniform_index(d->path[OSD_UNIFORM], v);
+        const float *b = expected + 6 * (size_t)i * n * n;
+        if (!(fabs((double)(a[0] - b[0])) + fabs((double)(a[1] - b[1])) +
+              fabs((double)(a[2] - b[2])) < allowed))
+            fail("uniform refinement is off the surface: wrong results");
+    }
+}
+
+/* OpenSubdiv's paths against the limit, and against the first that has the same surface, from
+   which rounding alone may set them apart. */
+static void compare_osd(duel *d, uint32_t n, uint32_t faces)
+{
+    static const int twin[] = { OSD_BSPLINE, OSD_GREGORY, OSD_BSPLINE, OSD_GREGORY, OSD_GREGORY,
+                                OSD_GREGORY };
+    const size_t count = (size_t)faces * n * n;
+    float *points[OSD_UNIFORM];
+    int k;
+    for (k = 0; k < OSD_UNIFORM; k++) {
+        points[k] = (float *)allocate(count * 6 * sizeof(float));
+        osd_sample(d->path[k], n, faces);
+        osd_evaluate(d->path[k], points[k]);
+        compare_path(&d->m, osd_name((osd_kind)k), points[k], count, limit_allowed);
+        require(deviation_of(points[k], points[twin[k]], count, diagonal(&d->m)), twin_allowed);
+        print_unmet(&d->m, osd_name((osd_kind)k), points[k], n, faces);
+    }
+    for (k = 0; k < OSD_UNIFORM; k++) free(points[k]);
+}
+
+/* All paths against the Catmull-Clark limit, which Bfr gives at level 10. */
+static void compare_points(duel *d)
+{
+    const uint32_t n = 9, faces = evaluated_faces(d, n);
+    const size_t count = (size_t)faces * n * n;
+    osd_path *exact = osd_open(OSD_EXACT, &d->m);
+    tessellation t;
+    progress("comparing points");
+    osd_build(exact);
+    osd_refresh(exact);
+    osd_sample(exact, n, faces);
+    osd_evaluate(exact, expected);
+    osd_close(exact);
+    check_points("Bfr, level 10", expected, count, 6);
+    progress(NULL);
+    printf("  from the Catmull-Clark limit: %% of the diagonal, degrees; unequal on edges, to the "
+           "bit\n    %-26s %10s %10s %10s %10s %10s\n", "", "largest", "rms", "largest", "rms",
+           "unequal");
+    tessellation_open(&t, &d->s, n, 1, out);
+    tessellate(&t, 0, faces, out);
+    if (options.sabotage) out[6 * (count / 2)] += (float)(0.005 * diagonal(&d->m));
+    figures.from_limit = compare_path(&d->m, "patchsurf", out, count,
+                                      patchsurf_allowed);
+    print_unmet(&d->m, "patchsurf", out, n, faces);
+    compare_osd(d, n, faces);
+    check_uniform(d, n, faces);
+}
+
+static void run_duel(torus_kind kind, uint32_t size, int build_rounds)
+{
+    duel d;
+    int at;
+    memset(&figures, 0, sizeof figures);
+    duel_open(&d, kind, size);
+    print_mesh(&d.s);
+    compare_points(&d);
+    compare_memory(&d);
+    race_control_points(&d, BUILD, run_build, run_osd_build, build_rounds);
+    race_control_points(&d, REFRESH, run_refresh, run_osd_refresh, options.rounds);
+    race_points(&d, POSITIONS_17);
+    for (at = EVAL_5; at <= EVAL_33; at++) race_points(&d, (race_stage)at);
+    duel_close(&d);
+}
+
+/* ---- patchsurf alone ------------------------------------------------------------------------- */
+
+static void race_alone(const mesh *m, const char *measure, const char *unit,
+                       double (*run)(void *), void *what, double items)
+{
+    runner r = make_runner("patchsurf", run, what, items);
+    progress(measure);
+    race(&r, 1, options.seconds / 2, options.rounds);
+    report(m, measure, unit, &r, 1);
+}
+
+static void run_mixed(uint32_t size)
+{
+    static const uint32_t n[4] = { 5, 9, 17, 33 };
+    mesh m = mesh_torus(MIXED, size);
+    surface s;
+    int i;
+    surface_open(&s, &m);
+    print_mesh(&s);
+    patchsurf_memory(&s);
+    race_alone(&m, "build", "ns/face", run_build, &s, m.faces);
+    race_alone(&m, "refresh", "ns/face", run_refresh, &s, m.faces);
+    for (i = 0; i < 4; i++) {
+        tessellation t;
+        tessellation_open(&t, &s, n[i], 1, out);
+        race_alone(&m, stage_names[EVAL_5 + i], "ns/point", run_tessellation, &t, t.points);
+        tessellate(&t, 0, t.faces, out);
+        check_points(stage_names[EVAL_5 + i], out, (size_t)t.points, 6);
+    }
+    surface_close(&s);
+    mesh_free(&m);
+}
+
+/* ---- two threads ----------------------------------------------------------------------------- */
 
 static int compare_doubles(const void *a, const void *b)
 {
-    double x = *(const double *)a, y = *(const double *)b;
+    const double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
-static timing measure(run_function *run, job *j)
+/* By how much the median of two threads beats that of one. */
+static double scaling(const char *stage, const mesh *m, double *one, double *two, int count)
 {
-    double seconds[MAX_RUNS], start;
-    timing t;
-    int n = 0;
-    run(j);
-    start = now();
-    do seconds[n++] = run(j);
-    while (n < MAX_RUNS && (n < 5 || now() - start < budget));
-    qsort(seconds, (size_t)n, sizeof *seconds, compare_doubles);
-    t.min = seconds[0];
-    t.median = n % 2 ? seconds[n / 2] : 0.5 * (seconds[n / 2 - 1] + seconds[n / 2]);
-    t.runs = n;
-    return t;
+    double faster;
+    qsort(one, (size_t)count, sizeof *one, compare_doubles);
+    qsort(two, (size_t)count, sizeof *two, compare_doubles);
+    faster = one[count / 2] / two[count / 2];
+    printf("    %-26s %10.2f %10.2f %8.2f x %8.2f x\n", stage, 1e9 * one[count / 2] / m->faces,
+           1e9 * two[count / 2] / m->faces, faster, one[0] / two[0]);
+    note(m->name, m->faces, stage, "1 thread", "ns/face", 1e9 * one[0] / m->faces,
+         1e9 * one[count / 2] / m->faces, count);
+    note(m->name, m->faces, stage, "2 threads", "ns/face", 1e9 * two[0] / m->faces,
+         1e9 * two[count / 2] / m->faces, count);
+    return faster;
 }
 
-/* ---- the machine ----------------------------------------------------------------------------- */
-
-static void trim(char *text)
+static void run_threads(uint32_t size)
 {
-    size_t n = strlen(text);
-    while (n && (text[n - 1] == '\n' || text[n - 1] == ' ')) text[--n] = 0;
-}
-
-static const char *cpu_name(void)
-{
-    static char name[128] = "unknown processor";
-    char line[256];
-    FILE *f = fopen("/proc/cpuinfo", "r");
-    if (!f) return name;
-    while (fgets(line, sizeof line, f))
-        if (!strncmp(line, "model name", 10) && strchr(line, ':')) {
-            snprintf(name, sizeof name, "%.*s", (int)sizeof name - 1, strchr(line, ':') + 2);
-            trim(name);
-            break;
+    enum { FRAMES = 3, ROUNDS = 7, ALL = FRAMES * ROUNDS };
+    double construct[2][ALL], points[2][ALL];
+    mesh m = mesh_torus(FROG_LIKE, size);
+    surface s;
+    tessellation t;
+    int round, team, i;
+    surface_open(&s, &m);
+    tessellation_open(&t, &s, 5, 1, out);
+    progress("threads");
+    for (round = 0; round < ROUNDS; round++)
+        for (team = 0; team < 2; team++) {
+            frame_times times[FRAMES];
+            float *to = team ? out : expected;
+            memset(to, 0, STORE_BYTES);
+            run_team(&t, team ? 2 : 1, to, times, FRAMES);
+            for (i = 0; i < FRAMES; i++) {
+                construct[team][round * FRAMES + i] = times[i].construct;
+                points[team][round * FRAMES + i] = times[i].tessellate;
+            }
         }
-    fclose(f);
-    return name;
+    if (memcmp(out, expected, STORE_BYTES)) fail("two threads give other bits than one");
+    progress(NULL);
+    printf("\ntwo threads%s, %s, %u faces\n  %-28s %10s %10s %10s %10s\n",
+           cpu_count() < 2 ? " on one processor: no gain possible" : "", m.name,
+           (unsigned)m.faces, "median, ns/face", "one", "two", "faster", "best runs");
+    figures.two_threads[0] = scaling("refresh", &m, construct[0], construct[1], ALL);
+    figures.two_threads[1] = scaling("eval_n5", &m, points[0], points[1], ALL);
+    surface_close(&s);
+    mesh_free(&m);
 }
 
-static const char *compiler_name(void)
+/* ---- how cost grows -------------------------------------------------------------------------- */
+
+static double print_growth(const char *stage, surface *s, runner *r, int count)
 {
-#if defined(__clang__)
-    return "clang " __clang_version__;
-#elif defined(__GNUC__)
-    return "gcc " __VERSION__;
-#else
-    return "unknown compiler";
-#endif
-}
-
-static double run_memset(job *j)
-{
-    double start = now();
-    memset(j->p, (int)(random_u32() & 255u), OUTPUT_BYTES);
-    return (now() - start) / OUTPUT_BYTES;
-}
-
-/* Stores past the caches, as a tessellation written front to back can: the fastest there is. */
-static double run_stream(job *j)
-{
-#if defined(__SSE2__)
-    double start = now();
-    __m128 value = _mm_set1_ps(random_unit());
-    size_t i;
-    for (i = 0; i < OUTPUT_BYTES / sizeof(float); i += 4) _mm_stream_ps(j->p + i, value);
-    _mm_sfence();
-    return (now() - start) / OUTPUT_BYTES;
-#else
-    return run_memset(j);
-#endif
-}
-
-/* ---- results --------------------------------------------------------------------------------- */
-
-static FILE *csv;
-static char date[16];
-static int step_now, step_count, on_terminal;
-
-static void progress(const job *j, const char *what)
-{
-    if (!on_terminal) return;
-    fprintf(stderr, "\r\033[K[%3d %%] %s, %u faces: %s", 100 * step_now / step_count,
-            mesh_names[j->m.kind], (unsigned)j->m.faces, what);
-    fflush(stderr);
-    step_now++;
-}
-
-static void progress_end(void)
-{
-    if (on_terminal) fprintf(stderr, "\r\033[K");
-}
-
-static void csv_open(const char *path)
-{
-    char name[512];
-    size_t i;
-    if (path[0] && path[strlen(path) - 1] == '/') {
-        snprintf(name, sizeof name, "%s%s-%s.csv", path, cpu_name(), date);
-        for (i = strlen(path); name[i]; i++)
-            if (!isalnum((unsigned char)name[i]) && name[i] != '-' && name[i] != '.') name[i] = '_';
-        mkdir(path, 0777);              /* it may exist: opening the file tells */
-        path = name;
+    const double growth = r[count - 1].median / r[0].median;
+    int i;
+    progress(NULL);
+    printf("    %-16s", stage);
+    for (i = 0; i < count; i++) {
+        printf(" %9.1f", r[i].median);
+        note(s[i].m->name, s[i].m->faces, stage, "growth", "ns/face", r[i].min, r[i].median,
+             r[i].runs);
     }
-    csv = fopen(path, "w");
-    if (!csv) {
-        fprintf(stderr, "bench: cannot write %s\n", path);
-        exit(2);
+    printf(" %8.2f x%s\n", growth, growth > 3 ? "  MORE THAN 3" : "");
+    return growth;
+}
+
+static void run_growth(void)
+{
+    static const uint32_t sizes[] = { 32, 100, 316, 1000 };
+    const int count = options.quick ? 2 : 4;
+    mesh m[4];
+    surface s[4];
+    tessellation t[4];
+    runner r[4];
+    int i;
+    printf("\ngrowth, frog-like, median ns/face\n    %-16s", "faces");
+    for (i = 0; i < count; i++) {
+        progress("growth");
+        m[i] = mesh_torus(FROG_LIKE, sizes[i]);
+        surface_open(&s[i], &m[i]);
+        tessellation_open(&t[i], &s[i], 5, 1, out);
+        progress(NULL);
+        printf(" %9u", (unsigned)m[i].faces);
     }
-    fprintf(csv, "date,cpu,compiler,flags,version,mesh,faces,measure,unit,min,median,runs\n");
-}
-
-/* j: NULL for a figure that belongs to no mesh. Times in ns. */
-static void csv_row(const job *j, const char *what, const char *unit, double min, double median,
-                    int runs)
-{
-    if (!csv) return;
-    fprintf(csv, "%s,\"%s\",\"%s\",\"%s\",%u,%s,%u,%s,%s,%.4g,%.4g,%d\n", date, cpu_name(),
-            compiler_name(), BENCH_FLAGS, (unsigned)psurf_version(),
-            j ? mesh_names[j->m.kind] : "", j ? (unsigned)j->m.faces : 0, what, unit, min, median,
-            runs);
-}
-
-static double store_rate;               /* bytes per second, the better of both */
-
-static void measure_stores(job *j)
-{
-    timing set = measure(run_memset, j), stream = measure(run_stream, j);
-    store_rate = 1 / (stream.min < set.min ? stream.min : set.min);
-    printf("store bandwidth, 64 MiB: memset %.1f GB/s", 1e-9 / set.min);
-#if defined(__SSE2__)
-    printf(", non-temporal %.1f GB/s", 1e-9 / stream.min);
-#endif
-    printf("\n");
-    csv_row(NULL, "store: memset", "byte", 1e9 * set.min, 1e9 * set.median, set.runs);
-    csv_row(NULL, "store: non-temporal", "byte", 1e9 * stream.min, 1e9 * stream.median,
-            stream.runs);
-}
-
-/* One line of the table, in ns. bytes: stored per item, 0 = no bandwidth. target: see README.md,
-   0 = none. */
-static timing row(job *j, const char *name, run_function *run, const char *unit, size_t bytes,
-                  double target)
-{
-    timing t;
-    progress(j, name);
-    t = measure(run, j);
-    t.min *= 1e9;
-    t.median *= 1e9;
-    progress_end();
-    printf("  %-26s %9.2f %9.2f  ns/%-5s", name, t.min, t.median, unit);
-    if (target > 0) printf(" %7.1f", target);
-    else printf("        ");
-    if (bytes) {
-        double rate = (double)bytes / t.min * 1e9;
-        printf(" %7.2f GB/s %5.1f %%", 1e-9 * rate, 100 * rate / store_rate);
-    }
-    printf("\n");
-    csv_row(j, name, unit, t.min, t.median, t.runs);
-    return t;
-}
-
-/* ---- are the results right? ------------------------------------------------------------------ */
-
-/* n: NULL to check positions alone */
-static void check_points(const char *what, const float *p, const float *n, size_t count)
-{
-    size_t i;
-    for (i = 0; i < 3 * count; i += 3) {
-        const double far = fabs((double)p[i]) + fabs((double)p[i + 1]) + fabs((double)p[i + 2]);
-        double square = 1;
-        if (n) square = (double)n[i] * (double)n[i] + (double)n[i + 1] * (double)n[i + 1] +
-                        (double)n[i + 2] * (double)n[i + 2];
-        if (far < 6 && fabs(square - 1) < 2e-5) continue;
-        fprintf(stderr, "\nbench: %s: a point is far off the mesh or not finite, or its normal is "
-                "no unit vector\n", what);
-        exit(1);
+    printf(" %10s\n", "last/first");
+    progress("growth");
+    for (i = 0; i < count; i++) r[i] = make_runner("build", run_build, &s[i], m[i].faces);
+    race(r, count, options.seconds, options.rounds);
+    figures.growth[0] = print_growth("build", s, r, count);
+    for (i = 0; i < count; i++) r[i] = make_runner("refresh", run_refresh, &s[i], m[i].faces);
+    race(r, count, options.seconds, options.rounds);
+    figures.growth[1] = print_growth("refresh", s, r, count);
+    for (i = 0; i < count; i++) r[i] = make_runner("points", run_tessellation, &t[i], t[i].faces);
+    race(r, count, options.seconds, options.rounds);
+    figures.growth[2] = print_growth("eval_n5", s, r, count);
+    for (i = 0; i < count; i++) {
+        surface_close(&s[i]);
+        mesh_free(&m[i]);
     }
 }
 
-/* Tessellation and evaluation at the same places must agree, wherever their code differs. */
-static void check_against_eval(job *j)
-{
-    psurf_tess_span span;
-    psurf_tess_out out;
-    psurf_points points;
-    psurf_sample *where;
-    float *values;
-    size_t i, count;
-    uint32_t faces = j->m.faces < 500 ? j->m.faces : 500;
-    if (psurf_tessellate_size(j->topology, &j->tess, 0, faces, &span)) fail("size was refused");
-    count = span.vertex_count;
-    where = (psurf_sample *)allocate(count * sizeof *where);
-    values = (float *)allocate(count * 12 * sizeof *values);
-    memset(&out, 0, sizeof out);
-    out.p = values;
-    out.n = values + count * 3;
-    out.where = where;
-    if (psurf_tessellate(&j->patches, &j->tess, 0, faces, &out)) fail("tessellation failed");
-    memset(&points, 0, sizeof points);
-    points.p = values + count * 6;
-    points.n = values + count * 9;
-    psurf_eval(&j->patches, where, (uint32_t)count, &points);
-    for (i = 0; i < count * 6; i++)
-        if (!(fabs((double)values[i] - (double)values[i + count * 6]) < 1e-4))
-            fail("tessellation and evaluation differ by more than 1e-4");
-    free(where);
-    free(values);
-}
+/* ---- what each kind of patch costs ----------------------------------------------------------- */
 
-/* ---- one mesh -------------------------------------------------------------------------------- */
+enum { KIND_COLUMNS = 5 };
 
-/* Quads touching an extraordinary vertex are those without an ordinary patch. */
-static void print_mesh(const job *j)
+static void race_kinds(runner r[PSURF_KIND_COUNT], const mesh *m, const char *measure,
+                       const char *unit)
 {
     int k;
-    printf("\n%s: %u faces, %u vertices:", mesh_names[j->m.kind], (unsigned)j->m.faces,
-           (unsigned)j->m.vertices);
+    progress("kinds of patch");
+    race(r, PSURF_KIND_COUNT, options.seconds, options.rounds);
     for (k = 0; k < PSURF_KIND_COUNT; k++)
-        if (j->info.kind_faces[k])
-            printf(" %u %s (%.0f %%)", (unsigned)j->info.kind_faces[k],
-                   psurf_kind_name((psurf_kind)k), 100.0 * j->info.kind_faces[k] / j->m.faces);
-    printf("\n  %-26s %9s %9s  %-8s %7s %12s  of store\n", "", "min", "median", "", "target",
-           "stored");
+        note(m[k].name, m[k].faces, measure, r[k].name, unit, r[k].min, r[k].median, r[k].runs);
 }
 
-static void job_open(job *j, mesh_kind kind, uint32_t size)
+static void print_kinds(const surface *s, runner r[KIND_COLUMNS][PSURF_KIND_COUNT])
 {
-    uint32_t i;
-    j->m = mesh_make(kind, size);
-    memset(&j->desc, 0, sizeof j->desc);
-    j->desc.vertex_count = j->m.vertices;
-    j->desc.face_count = j->m.faces;
-    j->desc.face_sizes = j->m.face_sizes;
-    j->desc.face_vertices = j->m.face_vertices;
-    j->desc.allocator.alloc = counted_alloc;
-    j->desc.allocator.release = counted_release;
-    j->desc.allocator.ctx = &j->memory;
-    memset(&j->memory, 0, sizeof j->memory);
-    if (psurf_topology_create(&j->desc, &j->topology, NULL)) fail("topology was refused");
-    psurf_topology_info(j->topology, &j->info);
-    if (psurf_patches_size(j->topology, PSURF_PM, &j->patches.layout)) fail("size was refused");
-    if (psurf_patches_bind(&j->patches, j->topology, PSURF_PM,
-                           allocate(j->patches.layout.patch_bytes),
-                           allocate(j->patches.layout.scratch_bytes)))
-        fail("memory was refused");
-    memset(&j->construct, 0, sizeof j->construct);
-    j->construct.positions = j->m.positions;
-    if (psurf_construct(&j->patches, &j->construct)) fail("construction failed");
-    memset(&j->tess, 0, sizeof j->tess);
-    for (i = 0; i < EVAL_SAMPLES; i++) {
-        j->samples[i].face = random_u32() % j->m.faces;
-        j->samples[i].sector = random_u32() % 5;
-        j->samples[i].u = random_unit();
-        j->samples[i].v = random_unit() * (1 - j->samples[i].u);
-    }
-}
-
-static void job_close(job *j)
-{
-    psurf_topology_destroy(j->topology);
-    if (j->memory.held) fail("the topology left memory behind");
-    free(j->patches.patches);
-    free(j->patches.scratch);
-    mesh_free(&j->m);
-}
-
-/* Sets up a tessellation row: as many faces as the output memory holds. */
-static void choose_tessellation(job *j, uint32_t rate, uint32_t flags, int normals)
-{
-    psurf_tess_span span;
-    size_t most = OUTPUT_BYTES / (24 * (size_t)(rate + 1) * (rate + 1));
-    j->tess.rate = rate;
-    j->tess.flags = flags;
-    j->normals = normals;
-    j->first_face = 0;
-    j->face_count = j->m.faces;
-    if (j->m.kind == MIXED) most = most * 2 / 3;        /* pentagons have more points than quads */
-    if (j->face_count > most) j->face_count = (uint32_t)most;
-    if (psurf_tessellate_size(j->topology, &j->tess, 0, j->face_count, &span) ||
-        (size_t)span.vertex_count * 24 > OUTPUT_BYTES)
-        fail("a tessellation does not fit its memory");
-}
-
-static void tessellate_rows(job *j, timing tess[4])
-{
-    static const double target_any[4] = { 4.2, 2.9, 2.4, 2.4 };
-    static const double target_bicubic[4] = { 3.2, 2.2, 1.9, 1.9 };
-    char name[64];
-    uint32_t i;
-    for (i = 0; i < 4; i++) {
-        choose_tessellation(j, 4u << i, PSURF_TESS_PER_FACE, 1);
-        snprintf(name, sizeof name, "P+N rate %u (N=%u)", (unsigned)(4u << i),
-                 (unsigned)((4u << i) + 1));
-        tess[i] = row(j, name, run_tessellate, "point", 24,
-                      j->m.kind == ALL_ORDINARY ? target_bicubic[i] : target_any[i]);
-        check_points(name, j->p, j->n, j->points);
-        check_against_eval(j);
-        tess[i].min *= (double)j->points / j->face_count;       /* per face, for the shares */
-    }
-    choose_tessellation(j, 16, PSURF_TESS_PER_FACE, 0);
-    row(j, "P rate 16 (N=17)", run_tessellate, "point", 12, 1.5);
-    check_points("P", j->p, NULL, j->points);
-}
-
-/* The whole mesh welded and with indices, as a program that draws or exports it wants it. */
-static void welded_row(job *j)
-{
-    psurf_tess_span span;
-    choose_tessellation(j, 4, 0, 1);
-    if (psurf_tessellate_size(j->topology, &j->tess, 0, j->m.faces, &span) ||
-        (size_t)span.vertex_count * 24 > OUTPUT_BYTES)
-        fail("the welded mesh does not fit its memory");
-    j->index = (uint32_t *)allocate(span.index_count * sizeof(uint32_t));
-    row(j, "welded+indices rate 4", run_tessellate, "point", 0, 0);
-    check_points("welded", j->p, j->n, j->points);
-    free(j->index);
-    j->index = NULL;
-}
-
-/* Shares of the time of one frame, at the four rates of tess (ns per face). */
-static void print_shares(const timing *vertices, const timing *facets, const timing tess[4])
-{
-    static const char *const names[3] = { "vertices", "facets", "points" };
-    int stage, i;
-    printf("  %-22s %8s %8s %8s %8s\n", "a frame of P+N:", "rate 4", "rate 8", "rate 16",
-           "rate 32");
-    for (stage = 0; stage < 3; stage++) {
-        printf("    %-20s", names[stage]);
-        for (i = 0; i < 4; i++) {
-            const double all = vertices->min + facets->min + tess[i].min;
-            const timing *part = stage == 0 ? vertices : stage == 1 ? facets : &tess[i];
-            printf(" %6.1f %%", 100 * part->min / all);
-        }
+    int k, i;
+    progress(NULL);
+    printf("\nkinds of patch, on meshes of one kind each; median ns\n  %-10s %-12s %7s %7s %10s "
+           "%10s %10s %10s\n", "kind", "mesh", "share", "bytes", "vertices", "patch", "point N=5",
+           "point N=17");
+    for (k = 0; k < PSURF_KIND_COUNT; k++) {
+        printf("  %-10s %-12s %5.0f %% %7u", psurf_kind_name((psurf_kind)k), s[k].m->name,
+               100.0 * s[k].info.kind_faces[k] / s[k].m->faces,
+               (unsigned)(s[k].patches.layout.kind[k].points * 3 * sizeof(psurf_real)));
+        for (i = 0; i < 4; i++) printf(" %10.2f", r[i][k].median);
         printf("\n");
     }
+    printf("  vertices: construction of what the patches of a facet read, per facet\n");
 }
 
-static void print_memory(const job *j)
+static void run_kinds(uint32_t faces)
 {
-    double faces = j->m.faces, topology = (double)j->info.bytes / faces;
-    double patches = (double)j->patches.layout.patch_bytes / faces;
-    double scratch = (double)j->patches.layout.scratch_bytes / faces;
-    double peak = (double)j->memory.peak / faces;
-    printf("  bytes/face: topology %.0f + patches %.0f = %.0f (target 400), scratch %.0f (130), "
-           "peak heap %.0f (600), %u allocations (8)\n", topology, patches, topology + patches,
-           scratch, peak, j->memory.calls);
-    csv_row(j, "topology", "byte/face", topology, topology, 1);
-    csv_row(j, "patches", "byte/face", patches, patches, 1);
-    csv_row(j, "scratch", "byte/face", scratch, scratch, 1);
-    csv_row(j, "peak heap", "byte/face", peak, peak, 1);
-    csv_row(j, "allocations", "call", j->memory.calls, j->memory.calls, 1);
+    static const uint32_t n[2] = { 5, 17 };
+    mesh m[PSURF_KIND_COUNT];
+    surface s[PSURF_KIND_COUNT];
+    tessellation t[2][PSURF_KIND_COUNT];
+    runner r[KIND_COLUMNS][PSURF_KIND_COUNT];
+    int k, i;
+    for (k = 0; k < PSURF_KIND_COUNT; k++) {
+        const char *name = psurf_kind_name((psurf_kind)k);
+        m[k] = mesh_of_kind(k, faces);
+        surface_open(&s[k], &m[k]);
+        if (s[k].info.kind_faces[k] < 0.9 * m[k].faces)
+            fail("a mesh of one kind of patch has too many others");
+        r[0][k] = make_runner(name, run_vertices, &s[k], s[k].info.facets);
+        r[1][k] = make_runner(name, run_facets, &s[k], s[k].info.facets);
+        for (i = 0; i < 2; i++) {
+            tessellation_open(&t[i][k], &s[k], n[i], 1, out);
+            r[2 + i][k] = make_runner(name, run_tessellation, &t[i][k], t[i][k].points);
+        }
+    }
+    race_kinds(r[0], m, "kind: vertices", "ns/patch");
+    race_kinds(r[1], m, "kind: patches", "ns/patch");
+    race_kinds(r[2], m, "kind: N=5", "ns/point");
+    race_kinds(r[3], m, "kind: N=17", "ns/point");
+    print_kinds(s, r);
+    for (k = 0; k < PSURF_KIND_COUNT; k++) {
+        surface_close(&s[k]);
+        mesh_free(&m[k]);
+    }
 }
 
-static void bench_mesh(job *j, mesh_kind kind, uint32_t size)
+/* ---- the whole run --------------------------------------------------------------------------- */
+
+static void measure_stores(void)
 {
-    timing vertices, facets, tess[4];
-    counter memory;
-    job_open(j, kind, size);
-    memory = j->memory;                 /* of one creation, before the measured ones */
-    print_mesh(j);
-    row(j, "topology", run_topology, "face", 0, 300);
-    j->memory = memory;
-    vertices = row(j, "construct: vertices", run_vertices, "face", 0, 0);
-    facets = row(j, "construct: facets", run_facets, "face",
-                 j->patches.layout.patch_bytes / j->m.faces, 0);
-    printf("  %-26s %9.2f %9.2f  ns/face  %7.1f\n", "construct: both",
-           vertices.min + facets.min, vertices.median + facets.median, 60.0);
-    tessellate_rows(j, tess);
-    welded_row(j);
-    row(j, "eval P+N, random", run_eval_pn, "point", 0, 0);
-    row(j, "eval P..Dvv, random", run_eval_all, "point", 0, 0);
-    check_points("eval", j->p, j->n, EVAL_SAMPLES);
-    print_shares(&vertices, &facets, tess);
-    print_memory(j);
-    job_close(j);
+    runner r[2];
+    r[0] = make_runner("memset", run_memset, out, STORE_BYTES);
+    r[1] = make_runner("non-temporal", run_stream, out, STORE_BYTES);
+    race(r, 2, options.seconds, options.rounds);
+    printf("stores, 64 MiB: memset %.2f GB/s, non-temporal %.2f GB/s%s\n", 1 / r[0].median,
+           1 / r[1].median, has_stream ? "" : " (none on this machine: memset)");
+    note("", 0, "stores", "memset", "ns/byte", r[0].min, r[0].median, r[0].runs);
+    note("", 0, "stores", "non-temporal", "ns/byte", r[1].min, r[1].median, r[1].runs);
+}
+
+static void print_line(const char *name, const double cost[COLUMNS])
+{
+    int k;
+    printf("  %-14s", name);
+    for (k = 0; k < OSD_KIND_COUNT; k++)
+        if (cost[1 + k] > 0) printf(" %8.1f", ratio(cost, k));
+        else printf(" %8s", "");
+    printf(" %8.1f\n", best_ratio(cost));
+}
+
+static const struct { race_stage at; int n; const char *name; } frames[4] = {
+    { EVAL_5, 5, "frame_n5" }, { EVAL_9, 9, "frame_n9" }, { EVAL_17, 17, "frame_n17" },
+    { EVAL_33, 33, "frame_n33" }
+};
+
+static void print_ratios(const summary *s)
+{
+    double cost[COLUMNS];
+    int at, i;
+    printf("\nfrog-like, OpenSubdiv / patchsurf, medians; a frame is refresh and all points\n"
+           "  %-14s %8s %8s %8s %8s %8s %8s %8s %8s\n  %-14s %8s %8s %8s %8s %8s %8s %8s\n", "",
+           "B-spline", "Gregory", "B-spline", "Gregory", "Bfr", "limit", "uniform", "best", "", "",
+           "", "levels", "levels", "", "stencils", "stencils");
+    for (at = 0; at < STAGE_COUNT; at++) print_line(stage_names[at], s->cost[at]);
+    for (i = 0; i < 4; i++) {
+        frame_costs(s, frames[i].at, frames[i].n, cost);
+        print_line(frames[i].name, cost);
+    }
+    printf("  share of non-temporal stores at N=33: %.0f %%\n", 100 * s->store_share);
+}
+
+/* name: of a path or of "best", k: -1 */
+static void write_ratios_of(FILE *f, const summary *s, const char *name, int k)
+{
+    const char *comma = "";
+    int at;
+    fprintf(f, "\"%s\": {", name);
+    for (at = 0; at < STAGE_COUNT; at++) {
+        const double x = k < 0 ? best_ratio(s->cost[at]) : ratio(s->cost[at], k);
+        if (!(x > 0)) continue;
+        fprintf(f, "%s\"%s\": %.3f", comma, stage_names[at], x);
+        comma = ", ";
+    }
+    fprintf(f, "}");
+}
+
+static void write_ratios(FILE *f, const summary *s)
+{
+    double cost[COLUMNS];
+    int k, i;
+    fprintf(f, "  ");
+    write_ratios_of(f, s, "ratios", -1);
+    fprintf(f, ",\n  \"ratios_of_frames\": {");
+    for (i = 0; i < 4; i++) {
+        frame_costs(s, frames[i].at, frames[i].n, cost);
+        fprintf(f, "%s\"%s\": %.3f", i ? ", " : "", frames[i].name, best_ratio(cost));
+    }
+    fprintf(f, "},\n  \"ratios_by_path\": {");
+    for (k = 0; k < OSD_KIND_COUNT; k++) {
+        fprintf(f, "%s\n    ", k ? "," : "");
+        write_ratios_of(f, s, osd_name((osd_kind)k), k);
+    }
+    fprintf(f, "\n  },\n");
+}
+
+/* s: of the frog-like mesh; threads and growth are in figures. */
+static void write_json(const summary *s)
+{
+    FILE *f = fopen(options.json, "w");
+    if (!f) {
+        fprintf(stderr, "bench: cannot write %s\n", options.json);
+        exit(2);
+    }
+    fprintf(f, "{\n  \"machine\": \"%s\",\n  \"processors\": %d,\n  \"compiler\": \"%s\",\n"
+            "  \"simd\": \"%s\",\n  \"date\": \"%s\",\n  \"version\": %u,\n"
+            "  \"opensubdiv\": \"%s\",\n  \"quick\": %s,\n", cpu_name(), cpu_count(),
+            compiler_name(), psurf_simd_name(), today(), (unsigned)psurf_version(), osd_version(),
+            options.quick ? "true" : "false");
+    write_ratios(f, s);
+    fprintf(f, "  \"store_share_n33\": %.4f,\n  \"store_gb_per_s\": %.3f,\n", s->store_share,
+            s->store_rate);
+    fprintf(f, "  \"deviation\": {\"max_percent\": %.5f, \"rms_percent\": %.5f, \"max_degrees\": "
+            "%.4f, \"rms_degrees\": %.4f},\n", s->from_limit.max, s->from_limit.rms,
+            s->from_limit.max_degrees, s->from_limit.rms_degrees);
+    fprintf(f, "  \"two_threads\": {\"refresh\": %.3f, \"eval_n5\": %.3f},\n",
+            figures.two_threads[0], figures.two_threads[1]);
+    fprintf(f, "  \"growth\": {\"build\": %.3f, \"refresh\": %.3f, \"eval_n5\": %.3f},\n",
+            figures.growth[0], figures.growth[1], figures.growth[2]);
+    fprintf(f, "  \"rows\": ");
+    write_rows_json(f);
+    fprintf(f, "\n}\n");
+    if (fclose(f)) fail("the json file is incomplete");
+}
+
+static void run_all(void)
+{
+    summary frog;
+    measure_stores();
+    run_duel(FROG_LIKE, 36, options.rounds);
+    frog = figures;
+    if (!options.quick) {
+        run_duel(FROG_LIKE, 316, 3);
+        run_duel(TENTH, 316, 3);
+    }
+    run_mixed(options.quick ? 32 : 292);
+    run_threads(options.quick ? 100 : 316);
+    run_growth();
+    run_kinds(options.quick ? 5000 : 20000);
+    print_ratios(&frog);
+    write_json(&frog);
+    if (options.results) write_rows_csv(options.results);
+}
+
+static const char help[] =
+    "usage: bench [options]\n"
+    "Races patchsurf against OpenSubdiv, two to three minutes long.\n\n"
+    "  --quick        small meshes, few runs: does everything still work?\n"
+    "  --results DIR  also write DIR/<processor>-<date>.csv\n"
+    "  --json FILE    write there instead of beside the program (bench.json)\n"
+    "  --sabotage     move one point of patchsurf's: the run must end with exit status 1\n\n"
+    "Exit status: 0, 1 where results are wrong, 2 where arguments or files are.\n\n"
+    "examples:\n"
+    "  build/bench                                    tables, and build/bench.json\n"
+    "  build/bench --results bench/results\n"
+    "  build/bench --quick --json /tmp/bench.json\n";
+
+static void parse(int argc, char **argv)
+{
+    static char json[512];
+    const char *slash = strrchr(argv[0], '/');
+    int i;
+    snprintf(json, sizeof json, "%.*sbench.json", slash ? (int)(slash + 1 - argv[0]) : 0, argv[0]);
+    options.json = json;
+    options.seconds = 1;
+    options.rounds = 5;
+    for (i = 1; i < argc; i++) {
+        if (!strcmp(argv[i], "--help")) {
+            fputs(help, stdout);
+            exit(0);
+        } else if (!strcmp(argv[i], "--quick")) {
+            options.quick = 1;
+            options.seconds = 0.05;
+            options.rounds = 3;
+        } else if (!strcmp(argv[i], "--sabotage")) {
+            options.sabotage = 1;
+        } else if (!strcmp(argv[i], "--json") && i + 1 < argc) {
+            options.json = argv[++i];
+        } else if (!strcmp(argv[i], "--results") && i + 1 < argc) {
+            options.results = argv[++i];
+        } else {
+            fprintf(stderr, "bench: %s? try --help\n", argv[i]);
+            exit(2);
+        }
+    }
 }
 
 int main(int argc, char **argv)
 {
-    static const uint32_t sizes[3][3] = { { 36, 100, 316 }, { 36, 100, 316 }, { 32, 92, 288 } };
-    const char *csv_path = NULL;
-    time_t today = time(NULL);
-    int i, kind, size, quick = 0;
-    job j;
-    for (i = 1; i < argc; i++) {
-        if (!strcmp(argv[i], "--quick")) quick = 1;
-        else if (!strcmp(argv[i], "--csv") && i + 1 < argc) csv_path = argv[++i];
-        else {
-            fprintf(stderr, "usage: bench [--quick] [--csv FILE or DIRECTORY/]\n");
-            return 2;
-        }
-    }
-    if (quick) budget = 0.01;
-    strftime(date, sizeof date, "%Y-%m-%d", gmtime(&today));
-    if (csv_path) csv_open(csv_path);
-    on_terminal = isatty(2);
-    step_count = ROWS * 3 * (quick ? 1 : 3);
-    memset(&j, 0, sizeof j);
-    j.p = (float *)allocate(OUTPUT_BYTES);
-    j.n = j.p + OUTPUT_BYTES / 2 / sizeof(float);
-    j.samples = (psurf_sample *)allocate(EVAL_SAMPLES * sizeof *j.samples);
-    j.derivatives = (float *)allocate((size_t)EVAL_SAMPLES * 15 * sizeof(float));
-
-    printf("patchsurf %d.%d.%d, %s%s\ncompiler %s, flags %s\n", PSURF_VERSION_MAJOR,
-           PSURF_VERSION_MINOR, PSURF_VERSION_PATCH, cpu_name(),
-           psurf_exact() ? "" : " (this build promises no identical bits)", compiler_name(),
-           BENCH_FLAGS);
-    measure_stores(&j);
-    for (kind = 0; kind < 3; kind++)
-        for (size = 0; size < (quick ? 1 : 3); size++)
-            bench_mesh(&j, (mesh_kind)kind, sizes[kind][size]);
-    free(j.p);
-    free(j.samples);
-    free(j.derivatives);
-    if (csv && fclose(csv)) fail("the csv file is incomplete");
+    const double start = now();
+    parse(argc, argv);
+    out = (float *)allocate(STORE_BYTES);
+    expected = (float *)allocate(STORE_BYTES);
+    memset(out, 0, STORE_BYTES);
+    memset(expected, 0, STORE_BYTES);
+    printf("patchsurf %d.%d.%d (%s%s) and OpenSubdiv %s, one thread\n%s; %s; %s\n",
+           PSURF_VERSION_MAJOR, PSURF_VERSION_MINOR, PSURF_VERSION_PATCH, psurf_simd_name(),
+           psurf_exact() ? "" : ", this build promises no identical bits", osd_version(),
+           cpu_name(), compiler_name(), today());
+    run_all();
+    free(out);
+    free(expected);
+    printf("%.0f seconds\n", now() - start);
     return 0;
 }

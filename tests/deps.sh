@@ -2,7 +2,8 @@
 # Installs what is missing to build and test this repository.
 #
 #   tests/deps.sh base      compiler, cmocka, python3: all that `make demo` and `make test` need
-#   tests/deps.sh matrix    base, and what `make matrix` needs: clang, cross compilers, qemu, Vulkan
+#   tests/deps.sh bench     base, and what `make bench` needs: a C++ compiler, OpenSubdiv
+#   tests/deps.sh matrix    bench, and what `make matrix` needs: clang, cross compilers, Vulkan ...
 #
 # Each need is probed by using it, so a machine with other packages or another package manager is
 # left alone as long as the thing works. apt-get runs only when a probe fails.
@@ -24,6 +25,9 @@ fuzzer='#include <stddef.h>
 #include <stdint.h>
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) { return data != 0 && size == 0; }'
+opensubdiv='#include <opensubdiv/bfr/refinerSurfaceFactory.h>
+#include <opensubdiv/osd/cpuEvaluator.h>
+int main() { return sizeof(OpenSubdiv::Osd::CpuEvaluator) == 0; }'
 program='#include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -37,6 +41,9 @@ builds() {
     shift 2
     printf '%s\n' "$source" | "$@" -x c - -o "$scratch/a.out" "-l$library" >/dev/null 2>&1
 }
+builds_cxx() {          # SOURCE LIBRARY
+    printf '%s\n' "$1" | g++ -x c++ - -o "$scratch/a.out" "-l$2" >/dev/null 2>&1
+}
 runs() { command -v "$1" >/dev/null 2>&1; }
 
 multilib_flags() {      # <asm/...> of 32-bit programs is found only beside the 64-bit one
@@ -49,8 +56,12 @@ missing_base() {
     python3 -c 'import json, struct' >/dev/null 2>&1 || echo python3
 }
 
+missing_bench() {
+    builds_cxx 'int main() { delete new int; }' stdc++ || echo g++
+    builds_cxx "$opensubdiv" osdCPU || echo libosd-dev
+}
+
 missing_matrix() {
-    runs g++ || echo g++
     runs clang || echo clang
     builds "$fuzzer" m clang -fsanitize=fuzzer,address || clang_runtime
     runs cmake || echo cmake
@@ -64,8 +75,6 @@ missing_matrix() {
     builds "$program" m s390x-linux-gnu-gcc -static ||
         echo gcc-s390x-linux-gnu libc6-dev-s390x-cross
     { runs qemu-aarch64-static && runs qemu-s390x-static; } || echo qemu-user-static
-    echo '#include <opensubdiv/far/topologyDescriptor.h>' | g++ -E -x c++ - >/dev/null 2>&1 ||
-        echo libosd-dev
     builds "$vulkan" vulkan gcc || echo libvulkan-dev
     runs glslangValidator || echo glslang-tools
     ls /usr/share/vulkan/icd.d/lvp_icd.*json >/dev/null 2>&1 || echo mesa-vulkan-drivers
@@ -93,6 +102,7 @@ clang_runtime() {       # the sanitizers of the clang that is, or will be, `clan
 
 missing() {
     missing_base
+    if [ "$set" != base ]; then missing_bench; fi
     if [ "$set" = matrix ]; then missing_matrix; fi
 }
 
@@ -114,7 +124,7 @@ fail() {
 apt() { as_root apt-get -o DPkg::Lock::Timeout=300 "$@" >>"$log" 2>&1; }
 
 set=${1:-base}
-case $set in base | matrix) ;; *) fail "unknown set '$set': base or matrix" ;; esac
+case $set in base | bench | matrix) ;; *) fail "unknown set '$set': base, bench or matrix" ;; esac
 
 if [ -z "$(missing)" ]; then
     echo "deps: nothing is missing"
