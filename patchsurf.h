@@ -811,6 +811,80 @@ static int psurf__finite3(psurf__v3 a)
     return psurf__finite(a.x) && psurf__finite(a.y) && psurf__finite(a.z);
 }
 
+/* A point for work that has little else to do, construction: where the compiler has vectors, in the
+   lanes of one, else a psurf__v3. Equal operations, so equal bits. Lane 3 holds leftovers. */
+#if defined(__GNUC__) || defined(__clang__)
+#define PSURF__INLINE inline __attribute__((always_inline))
+#elif defined(_MSC_VER)
+#define PSURF__INLINE __forceinline
+#else
+#define PSURF__INLINE inline
+#endif
+#define PSURF__LANES_float 1
+#define PSURF__LANES_double 0
+#define PSURF__JOIN(a, b) a##b
+#define PSURF__LANES_OF(real) PSURF__JOIN(PSURF__LANES_, real)
+#if PSURF__LANES_OF(PSURF_REAL) && defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
+
+typedef psurf_real psurf__v4 __attribute__((vector_size(16)));
+typedef psurf_real psurf__v4_anywhere __attribute__((vector_size(16), aligned(4), may_alias));
+typedef int64_t psurf__halves __attribute__((vector_size(16)));
+typedef int64_t psurf__half_anywhere __attribute__((aligned(4), may_alias));
+
+static PSURF__INLINE psurf__v4 psurf__get4(const psurf_real *p)
+{
+    const psurf__v4 z = {p[2], 0, 0, 0};
+    const psurf__halves a = {*(const psurf__half_anywhere *)p, ((psurf__halves)z)[0]};
+    return (psurf__v4)a;
+}
+
+/* As psurf__get4, where a fourth real may be read. */
+static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p)
+{
+    return *(const psurf__v4_anywhere *)p;
+}
+
+static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a)
+{
+    *(psurf__half_anywhere *)p = ((psurf__halves)a)[0];
+    p[2] = a[2];
+}
+
+static PSURF__INLINE psurf__v4 psurf__add4(psurf__v4 a, psurf__v4 b) { return a + b; }
+static PSURF__INLINE psurf__v4 psurf__sub4(psurf__v4 a, psurf__v4 b) { return a - b; }
+static PSURF__INLINE psurf__v4 psurf__mul4(psurf__v4 a, psurf_real s) { return a * s; }
+
+#else
+
+typedef psurf__v3 psurf__v4;
+
+static PSURF__INLINE psurf__v4 psurf__get4(const psurf_real *p) { return psurf__get(p); }
+static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p) { return psurf__get(p); }
+static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a) { psurf__put(p, a); }
+static PSURF__INLINE psurf__v4 psurf__add4(psurf__v4 a, psurf__v4 b) { return psurf__add(a, b); }
+static PSURF__INLINE psurf__v4 psurf__sub4(psurf__v4 a, psurf__v4 b) { return psurf__sub(a, b); }
+static PSURF__INLINE psurf__v4 psurf__mul4(psurf__v4 a, psurf_real s) { return psurf__mul(a, s); }
+
+#endif
+
+static PSURF__INLINE psurf__v4 psurf__zero4(void)
+{
+    const psurf_real zero[4] = {0, 0, 0, 0};
+    return psurf__get4(zero);
+}
+
+/* a + s b */
+static PSURF__INLINE psurf__v4 psurf__mad4(psurf__v4 a, psurf_real s, psurf__v4 b)
+{
+    return psurf__add4(a, psurf__mul4(b, s));
+}
+
+/* s a + t b */
+static PSURF__INLINE psurf__v4 psurf__mix4(psurf_real s, psurf__v4 a, psurf_real t, psurf__v4 b)
+{
+    return psurf__add4(psurf__mul4(a, s), psurf__mul4(b, t));
+}
+
 /* a scaled so that its largest component is 1: lengths and products of what follows neither
    overflow nor vanish. Zero and NaN stay what they are. */
 static psurf__v3 psurf__scaled(psurf__v3 a)
@@ -2187,11 +2261,16 @@ static psurf__control psurf__control_of(const psurf_patches *p, const psurf_cons
     return control;
 }
 
-static psurf__v3 psurf__position(const psurf__control *control, uint32_t point)
+static PSURF__INLINE const psurf_real *psurf__point_at(const psurf__control *control, uint32_t point)
 {
     if (point >= control->vertices)
-        return psurf__get(control->centres + 3 * (size_t)(point - control->vertices));
-    return psurf__get(control->positions + point * control->stride);
+        return control->centres + 3 * (size_t)(point - control->vertices);
+    return control->positions + point * control->stride;
+}
+
+static psurf__v3 psurf__position(const psurf__control *control, uint32_t point)
+{
+    return psurf__get(psurf__point_at(control, point));
 }
 
 static psurf_real psurf__blend(const psurf_topology *t, const psurf__control *control,
@@ -2225,38 +2304,44 @@ static void psurf__centre_pass(const psurf_patches *p, const psurf__control *con
                psurf__face_centre(p->topology, control, p->topology->centres[index]));
 }
 
+static PSURF__INLINE psurf__v4 psurf__offset(const psurf__control *control, uint32_t point,
+                                             psurf__v4 p)
+{
+    return psurf__sub4(psurf__get4(psurf__point_at(control, point)), p);
+}
+
 /* f_j - p from the edges of the facet, relative to p: eq. 13, or eq. 14 with the blend ratios a of
-   spoke j and b of spoke j+1. after, before: as in psurf_spoke. */
-static psurf__v3 psurf__face_offset(psurf__v3 end, psurf__v3 next_end, psurf__v3 after,
-                                    psurf__v3 before)
+   spoke j and b of spoke j+1. across: the sum of the facet's vertices after and before, as in
+   psurf_spoke. */
+static PSURF__INLINE psurf__v4 psurf__face_offset(psurf__v4 end, psurf__v4 next_end,
+                                                  psurf__v4 across)
 {
-    psurf__v3 ends = psurf__add(end, next_end), across = psurf__add(after, before);
-    return psurf__mix(PSURF__R(2.0 / 9.0), ends, PSURF__R(0.5 / 9.0), across);
+    return psurf__mix4(PSURF__R(2.0 / 9.0), psurf__add4(end, next_end), PSURF__R(0.5 / 9.0), across);
 }
 
-static psurf__v3 psurf__face_offset_blended(psurf__v3 end, psurf__v3 next_end, psurf__v3 after,
-                                            psurf__v3 before, psurf_real a, psurf_real b)
+static PSURF__INLINE psurf__v4 psurf__face_offset_blended(psurf__v4 end, psurf__v4 next_end,
+                                                          psurf__v4 across, psurf_real a,
+                                                          psurf_real b)
 {
-    psurf_real both = a * b * PSURF__R(0.25);
-    psurf__v3 across = psurf__mul(psurf__add(after, before), both * PSURF__R(0.5));
-    psurf__v3 along = psurf__mix((1 - a) * b * PSURF__R(0.5) + both, end,
-                                 a * (1 - b) * PSURF__R(0.5) + both, next_end);
-    return psurf__add(along, across);
+    const psurf_real both = a * b * PSURF__R(0.25);
+    psurf__v4 along = psurf__mix4((1 - a) * b * PSURF__R(0.5) + both, end,
+                                  a * (1 - b) * PSURF__R(0.5) + both, next_end);
+    return psurf__add4(along, psurf__mul4(across, both * PSURF__R(0.5)));
 }
 
-/* f_j - p of the facet after spoke j of a ring. */
-static psurf__v3 psurf__ring_face_point(const psurf_topology *t, const psurf__control *control,
-                                        const psurf_ring *ring, psurf__v3 p, uint32_t j)
+/* f_j - p of the facet after spoke j of a ring, between two edges relative to p. */
+static PSURF__INLINE psurf__v4 psurf__ring_face_point(const psurf_topology *t,
+                                                      const psurf__control *control,
+                                                      const psurf_ring *ring, uint32_t spoke,
+                                                      psurf__v4 p, psurf__v4 end,
+                                                      psurf__v4 next_end)
 {
-    const uint32_t spoke = ring->first_spoke + j, next = psurf__next_spoke(ring, spoke);
-    psurf__v3 end = psurf__sub(psurf__position(control, t->spokes[spoke].end), p);
-    psurf__v3 next_end = psurf__sub(psurf__position(control, t->spokes[next].end), p);
-    psurf__v3 after = psurf__sub(psurf__position(control, t->spokes[spoke].after), p);
-    psurf__v3 before = psurf__sub(psurf__position(control, t->spokes[spoke].before), p);
-    if (!control->blends) return psurf__face_offset(end, next_end, after, before);
-    return psurf__face_offset_blended(end, next_end, after, before,
-                                      psurf__blend(t, control, ring, spoke),
-                                      psurf__blend(t, control, ring, next));
+    psurf__v4 across = psurf__add4(psurf__offset(control, t->spokes[spoke].after, p),
+                                   psurf__offset(control, t->spokes[spoke].before, p));
+    if (!control->blends) return psurf__face_offset(end, next_end, across);
+    return psurf__face_offset_blended(end, next_end, across, psurf__blend(t, control, ring, spoke),
+                                      psurf__blend(t, control, ring,
+                                                   psurf__next_spoke(ring, spoke)));
 }
 
 /* A closed ring: face points, limit point, tangents T1 and T2, tangent points. Sums run over
@@ -2264,46 +2349,87 @@ static psurf__v3 psurf__ring_face_point(const psurf_topology *t, const psurf__co
 static void psurf__closed_ring(const psurf_patches *patches, const psurf__control *control,
                                const psurf_ring *ring, psurf_real *limit)
 {
-    const psurf_trig *rows = patches->topology->trig + ring->trig;
+    const psurf_topology *t = patches->topology;
+    const psurf_trig *rows = t->trig + ring->trig;
     const uint32_t n = psurf__valence(ring), first = ring->first_spoke;
-    psurf__v3 p = psurf__position(control, ring->point), v;
-    psurf__v3 sum = psurf__zero(), t1 = psurf__zero(), t2 = psurf__zero();
+    const psurf__v4 zero = psurf__zero4(), p = psurf__get4(psurf__point_at(control, ring->point));
+    const psurf__v4 first_end = psurf__offset(control, t->spokes[first].end, p);
+    psurf_real *out = psurf__tangent(patches, first);
+    psurf__v4 end = first_end, sum = zero, t1 = zero, t2 = zero, v;
     uint32_t j;
     for (j = 0; j < n; j++) {
-        const psurf_trig here = rows[1 + j], there = rows[1 + (j + 1 == n ? 0 : j + 1)];
-        psurf__v3 f = psurf__ring_face_point(patches->topology, control, ring, p, j);
-        sum = psurf__add(sum, f);
-        t1 = psurf__mad(t1, here.c + there.c, f);       /* sum of c_j e_j, by parts */
-        t2 = psurf__mad(t2, here.s + there.s, f);
-        psurf__put(psurf__face_point(patches, first + j), psurf__add(p, f));
+        const uint32_t next = j + 1 == n ? 0 : j + 1;
+        const psurf_trig here = rows[1 + j], there = rows[1 + next];
+        const psurf__v4 next_end =
+            next ? psurf__offset(control, t->spokes[first + next].end, p) : first_end;
+        const psurf__v4 f = psurf__ring_face_point(t, control, ring, first + j, p, end, next_end);
+        sum = psurf__add4(sum, f);
+        t1 = psurf__mad4(t1, here.c + there.c, f);      /* sum of c_j e_j, by parts */
+        t2 = psurf__mad4(t2, here.s + there.s, f);
+        psurf__put4(out + 6 * j + 3, psurf__add4(p, f));
+        end = next_end;
     }
-    v = psurf__mad(p, rows[0].c, sum);                  /* eq. 13 */
-    t1 = psurf__mul(t1, rows[0].s);                     /* eq. 15 */
-    t2 = psurf__mul(t2, rows[0].s);
-    psurf__put(limit, v);
+    v = psurf__mad4(p, rows[0].c, sum);                 /* eq. 13 */
+    t1 = psurf__mul4(t1, rows[0].s);                    /* eq. 15 */
+    t2 = psurf__mul4(t2, rows[0].s);
+    psurf__put4(limit, v);
     for (j = 0; j < n; j++)                             /* eq. 16 */
-        psurf__put(psurf__tangent(patches, first + j),
-                   psurf__add(v, psurf__mix(rows[1 + j].c, t1, rows[1 + j].s, t2)));
+        psurf__put4(out + 6 * j,
+                    psurf__add4(v, psurf__mix4(rows[1 + j].c, t1, rows[1 + j].s, t2)));
+}
+
+/* The same where four facets meet and all blend ratios are 2/3: the weights are 0, 1 and -1, and
+   the scales 1/4. */
+static void psurf__regular_ring(const psurf_patches *patches, const psurf__control *control,
+                                const psurf_ring *ring, psurf_real *limit)
+{
+    const psurf_spoke *spokes = patches->topology->spokes + ring->first_spoke;
+    const psurf__v4 p = psurf__get4(psurf__point_at(control, ring->point));
+    psurf_real *out = psurf__tangent(patches, ring->first_spoke);
+    psurf__v4 end[5], f[4], v, t1, t2;
+    uint32_t j;
+    for (j = 0; j < 4; j++) end[j] = psurf__offset(control, spokes[j].end, p);
+    end[4] = end[0];
+    for (j = 0; j < 4; j++) {
+        const psurf__v4 across = psurf__add4(psurf__offset(control, spokes[j].after, p),
+                                             psurf__offset(control, spokes[j].before, p));
+        f[j] = psurf__face_offset(end[j], end[j + 1], across);
+    }
+    v = psurf__add4(psurf__add4(psurf__add4(f[0], f[1]), f[2]), f[3]);
+    t1 = psurf__add4(psurf__sub4(psurf__sub4(f[0], f[1]), f[2]), f[3]);
+    t2 = psurf__sub4(psurf__sub4(psurf__add4(f[0], f[1]), f[2]), f[3]);
+    v = psurf__mad4(p, PSURF__R(0.25), v);              /* eq. 13 */
+    t1 = psurf__mul4(t1, PSURF__R(0.25));               /* eq. 15 */
+    t2 = psurf__mul4(t2, PSURF__R(0.25));
+    psurf__put4(limit, v);
+    psurf__put4(out + 0, psurf__add4(v, t1));           /* eq. 16 */
+    psurf__put4(out + 3, psurf__add4(p, f[0]));
+    psurf__put4(out + 6, psurf__add4(v, t2));
+    psurf__put4(out + 9, psurf__add4(p, f[1]));
+    psurf__put4(out + 12, psurf__sub4(v, t1));
+    psurf__put4(out + 15, psurf__add4(p, f[2]));
+    psurf__put4(out + 18, psurf__sub4(v, t2));
+    psurf__put4(out + 21, psurf__add4(p, f[3]));
 }
 
 /* The end point e_s - p of the crease curve on a sharp spoke. */
-static psurf__v3 psurf__sharp_offset(const psurf_topology *t, const psurf__control *control,
-                                     const psurf_ring *ring, psurf__v3 p, uint32_t spoke)
+static psurf__v4 psurf__sharp_offset(const psurf_topology *t, const psurf__control *control,
+                                     const psurf_ring *ring, psurf__v4 p, uint32_t spoke)
 {
-    return psurf__mul(psurf__sub(psurf__position(control, t->spokes[spoke].end), p),
+    return psurf__mul4(psurf__offset(control, t->spokes[spoke].end, p),
                       psurf__blend(t, control, ring, spoke) * PSURF__R(0.5));
 }
 
 /* The same of the far spoke of a wide neighbour. */
-static psurf__v3 psurf__far_offset(const psurf_topology *t, const psurf__control *control,
-                                   const psurf_ring *ring, psurf__v3 p)
+static psurf__v4 psurf__far_offset(const psurf_topology *t, const psurf__control *control,
+                                   const psurf_ring *ring, psurf__v4 p)
 {
     const uint32_t far = t->spokes[ring->first_spoke + psurf__valence(ring) - 1].before;
-    psurf__v3 e = psurf__sub(psurf__position(control, t->spokes[far].end), p);
+    psurf__v4 e = psurf__offset(control, t->spokes[far].end, p);
     uint32_t ratio = far;                               /* it ends the wide ring, or begins it */
     if ((ring->valence & PSURF_RING_WIDE_NEXT) && t->spokes[far].after != PSURF_NONE)
         ratio = t->spokes[far].after;
-    return psurf__mul(e, (control->blends ? control->blends[ratio] : PSURF__R(2.0 / 3.0)) *
+    return psurf__mul4(e, (control->blends ? control->blends[ratio] : PSURF__R(2.0 / 3.0)) *
                              PSURF__R(0.5));
 }
 
@@ -2311,23 +2437,23 @@ static psurf__v3 psurf__far_offset(const psurf_topology *t, const psurf__control
    spokes. Both sides of a spoke compute these from the same numbers, and differ only in the order
    of operands of commutative operations: same bits. */
 static void psurf__sharp_ends(const psurf_topology *t, const psurf__control *control,
-                              const psurf_ring *ring, psurf__v3 p, psurf__v3 *v, psurf__v3 d[2])
+                              const psurf_ring *ring, psurf__v4 p, psurf__v4 *v, psurf__v4 d[2])
 {
     const uint32_t first = ring->first_spoke, last = first + psurf__valence(ring) - 1;
     const psurf_real half = PSURF__R(0.5);
-    psurf__v3 a = psurf__sharp_offset(t, control, ring, p, first);
-    psurf__v3 b = psurf__sharp_offset(t, control, ring, p, last), far;
+    psurf__v4 a = psurf__sharp_offset(t, control, ring, p, first);
+    psurf__v4 b = psurf__sharp_offset(t, control, ring, p, last), far;
     *v = p;
     d[0] = a;
     d[1] = b;
     if (!(ring->valence & PSURF_RING_CORNER)) {         /* straight through the vertex */
-        if (!(ring->valence & PSURF_RING_WIDE)) *v = psurf__mad(p, half, psurf__add(a, b));
-        d[0] = psurf__mul(psurf__sub(a, b), half);
-        d[1] = psurf__mul(psurf__sub(b, a), half);
+        if (!(ring->valence & PSURF_RING_WIDE)) *v = psurf__mad4(p, half, psurf__add4(a, b));
+        d[0] = psurf__mul4(psurf__sub4(a, b), half);
+        d[1] = psurf__mul4(psurf__sub4(b, a), half);
     } else if (t->spokes[last].before != PSURF_NONE) {  /* a wide neighbour runs straight */
         far = psurf__far_offset(t, control, ring, p);
-        if (ring->valence & PSURF_RING_WIDE_LAST) d[0] = psurf__mul(psurf__sub(a, far), half);
-        else d[1] = psurf__mul(psurf__sub(b, far), half);
+        if (ring->valence & PSURF_RING_WIDE_LAST) d[0] = psurf__mul4(psurf__sub4(a, far), half);
+        else d[1] = psurf__mul4(psurf__sub4(b, far), half);
     }
 }
 
@@ -2339,26 +2465,29 @@ static void psurf__open_ring(const psurf_patches *patches, const psurf__control 
     const psurf_topology *t = patches->topology;
     const psurf_trig *rows = t->trig + ring->trig;
     const uint32_t k = psurf__valence(ring) - 1, first = ring->first_spoke;
-    psurf__v3 p = psurf__position(control, ring->point), v, d[2], offset, before, t2;
+    psurf__v4 p = psurf__get4(psurf__point_at(control, ring->point)), v, d[2], offset, before, t2, end;
     uint32_t j;
     psurf__sharp_ends(t, control, ring, p, &v, d);
-    offset = psurf__sub(v, p);
-    before = t2 = psurf__zero();
+    offset = psurf__sub4(v, p);
+    before = t2 = psurf__zero4();
+    end = psurf__offset(control, t->spokes[first].end, p);
     for (j = 0; j < k; j++) {
-        psurf__v3 f = psurf__ring_face_point(t, control, ring, p, j);
-        psurf__v3 e = psurf__sub(psurf__mul(psurf__add(before, f), PSURF__R(0.5)), offset);
-        if (j > 0) t2 = psurf__mad(t2, 4 * rows[0].s * rows[1 + j].s, e);
-        psurf__put(psurf__face_point(patches, first + j), psurf__add(p, f));
+        psurf__v4 next_end = psurf__offset(control, t->spokes[first + j + 1].end, p);
+        psurf__v4 f = psurf__ring_face_point(t, control, ring, first + j, p, end, next_end);
+        psurf__v4 e = psurf__sub4(psurf__mul4(psurf__add4(before, f), PSURF__R(0.5)), offset);
+        if (j > 0) t2 = psurf__mad4(t2, 4 * rows[0].s * rows[1 + j].s, e);
+        psurf__put4(psurf__face_point(patches, first + j), psurf__add4(p, f));
         before = f;
+        end = next_end;
     }
     if (ring->valence & PSURF_RING_CORNER) t2 = d[1];
-    psurf__put(limit, v);
-    psurf__put(psurf__tangent(patches, first), psurf__add(v, d[0]));
-    psurf__put(psurf__tangent(patches, first + k), psurf__add(v, d[1]));
-    psurf__put(psurf__face_point(patches, first + k), v);       /* never read, yet defined */
+    psurf__put4(limit, v);
+    psurf__put4(psurf__tangent(patches, first), psurf__add4(v, d[0]));
+    psurf__put4(psurf__tangent(patches, first + k), psurf__add4(v, d[1]));
+    psurf__put4(psurf__face_point(patches, first + k), v);       /* never read, yet defined */
     for (j = 1; j < k; j++)
-        psurf__put(psurf__tangent(patches, first + j),
-                   psurf__add(v, psurf__mix(rows[1 + j].c, d[0], rows[1 + j].s, t2)));
+        psurf__put4(psurf__tangent(patches, first + j),
+                   psurf__add4(v, psurf__mix4(rows[1 + j].c, d[0], rows[1 + j].s, t2)));
 }
 
 static void psurf__vertex_pass(const psurf_patches *patches, const psurf__control *control,
@@ -2366,7 +2495,9 @@ static void psurf__vertex_pass(const psurf_patches *patches, const psurf__contro
 {
     const psurf_ring *ring = &patches->topology->rings[index];
     psurf_real *limit = psurf__limit(patches, index);
-    if (ring->valence & PSURF_RING_OPEN) psurf__open_ring(patches, control, ring, limit);
+    if (ring->valence == 4 && !control->blends)
+        psurf__regular_ring(patches, control, ring, limit);
+    else if (ring->valence & PSURF_RING_OPEN) psurf__open_ring(patches, control, ring, limit);
     else psurf__closed_ring(patches, control, ring, limit);
 }
 
@@ -4245,6 +4376,11 @@ PSURF_API int psurf_exact(void)
 
 #undef PSURF__R
 #undef PSURF__SQRT
+#undef PSURF__INLINE
+#undef PSURF__LANES_float
+#undef PSURF__LANES_double
+#undef PSURF__JOIN
+#undef PSURF__LANES_OF
 #undef PSURF__CARVE
 #undef PSURF__CARVE_TABLE
 #undef PSURF__ASSERT_SIZE
