@@ -820,6 +820,11 @@ static int psurf__finite3(psurf__v3 a)
 #else
 #define PSURF__INLINE inline
 #endif
+#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
+#define PSURF__UNROLL _Pragma("GCC unroll 5")  /* at -O2 it would not; others do, or know better */
+#else
+#define PSURF__UNROLL
+#endif
 #define PSURF__LANES_float 1
 #define PSURF__LANES_double 0
 #define PSURF__JOIN(a, b) a##b
@@ -844,6 +849,12 @@ static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p)
     return *(const psurf__v4_anywhere *)p;
 }
 
+/* As psurf__put4, where a fourth real is to be written later. */
+static PSURF__INLINE void psurf__put4_over(psurf_real *p, psurf__v4 a)
+{
+    *(psurf__v4_anywhere *)p = a;
+}
+
 static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a)
 {
     *(psurf__half_anywhere *)p = ((psurf__halves)a)[0];
@@ -861,6 +872,7 @@ typedef psurf__v3 psurf__v4;
 static PSURF__INLINE psurf__v4 psurf__get4(const psurf_real *p) { return psurf__get(p); }
 static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p) { return psurf__get(p); }
 static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a) { psurf__put(p, a); }
+static PSURF__INLINE void psurf__put4_over(psurf_real *p, psurf__v4 a) { psurf__put(p, a); }
 static PSURF__INLINE psurf__v4 psurf__add4(psurf__v4 a, psurf__v4 b) { return psurf__add(a, b); }
 static PSURF__INLINE psurf__v4 psurf__sub4(psurf__v4 a, psurf__v4 b) { return psurf__sub(a, b); }
 static PSURF__INLINE psurf__v4 psurf__mul4(psurf__v4 a, psurf_real s) { return psurf__mul(a, s); }
@@ -2329,6 +2341,15 @@ static PSURF__INLINE psurf__v4 psurf__face_offset_blended(psurf__v4 end, psurf__
     return psurf__add4(along, psurf__mul4(across, both * PSURF__R(0.5)));
 }
 
+/* The sum of a facet's vertices after and before, relative to p: in a quad it is the same one. */
+static PSURF__INLINE psurf__v4 psurf__across(const psurf__control *control,
+                                             const psurf_spoke *spoke, psurf__v4 p)
+{
+    psurf__v4 after = psurf__offset(control, spoke->after, p);
+    if (spoke->before == spoke->after) return psurf__add4(after, after);
+    return psurf__add4(after, psurf__offset(control, spoke->before, p));
+}
+
 /* f_j - p of the facet after spoke j of a ring, between two edges relative to p. */
 static PSURF__INLINE psurf__v4 psurf__ring_face_point(const psurf_topology *t,
                                                       const psurf__control *control,
@@ -2336,8 +2357,7 @@ static PSURF__INLINE psurf__v4 psurf__ring_face_point(const psurf_topology *t,
                                                       psurf__v4 p, psurf__v4 end,
                                                       psurf__v4 next_end)
 {
-    psurf__v4 across = psurf__add4(psurf__offset(control, t->spokes[spoke].after, p),
-                                   psurf__offset(control, t->spokes[spoke].before, p));
+    const psurf__v4 across = psurf__across(control, &t->spokes[spoke], p);
     if (!control->blends) return psurf__face_offset(end, next_end, across);
     return psurf__face_offset_blended(end, next_end, across, psurf__blend(t, control, ring, spoke),
                                       psurf__blend(t, control, ring,
@@ -2391,9 +2411,7 @@ static void psurf__regular_ring(const psurf_patches *patches, const psurf__contr
     for (j = 0; j < 4; j++) end[j] = psurf__offset(control, spokes[j].end, p);
     end[4] = end[0];
     for (j = 0; j < 4; j++) {
-        const psurf__v4 across = psurf__add4(psurf__offset(control, spokes[j].after, p),
-                                             psurf__offset(control, spokes[j].before, p));
-        f[j] = psurf__face_offset(end[j], end[j + 1], across);
+        f[j] = psurf__face_offset(end[j], end[j + 1], psurf__across(control, &spokes[j], p));
     }
     v = psurf__add4(psurf__add4(psurf__add4(f[0], f[1]), f[2]), f[3]);
     t1 = psurf__add4(psurf__sub4(psurf__sub4(f[0], f[1]), f[2]), f[3]);
@@ -2402,13 +2420,13 @@ static void psurf__regular_ring(const psurf_patches *patches, const psurf__contr
     t1 = psurf__mul4(t1, PSURF__R(0.25));               /* eq. 15 */
     t2 = psurf__mul4(t2, PSURF__R(0.25));
     psurf__put4(limit, v);
-    psurf__put4(out + 0, psurf__add4(v, t1));           /* eq. 16 */
+    psurf__put4_over(out + 0, psurf__add4(v, t1));           /* eq. 16 */
     psurf__put4(out + 3, psurf__add4(p, f[0]));
-    psurf__put4(out + 6, psurf__add4(v, t2));
+    psurf__put4_over(out + 6, psurf__add4(v, t2));
     psurf__put4(out + 9, psurf__add4(p, f[1]));
-    psurf__put4(out + 12, psurf__sub4(v, t1));
+    psurf__put4_over(out + 12, psurf__sub4(v, t1));
     psurf__put4(out + 15, psurf__add4(p, f[2]));
-    psurf__put4(out + 18, psurf__sub4(v, t2));
+    psurf__put4_over(out + 18, psurf__sub4(v, t2));
     psurf__put4(out + 21, psurf__add4(p, f[3]));
 }
 
@@ -2505,87 +2523,131 @@ static void psurf__vertex_pass(const psurf_patches *patches, const psurf__contro
    A scheme turns vertex data into control points, facet by facet; it is one function here and one
    row in the table below. */
 
-/* What a facet reads at one of its corners. */
-typedef struct psurf__corner_data {
-    psurf__v3 v, t0, t1;              /* limit point; tangent points to the next, previous corner */
-    psurf__v3 f, fr, fl;                /* face points: own facet, across edge i, across edge i-1 */
-    psurf_real chi, s;                  /* 1 + c_n, s_n */
-} psurf__corner_data;
+/* Where facets read: the tables, and what the vertices pass left. */
+typedef struct psurf__vertex_data {
+    const psurf_corner *corners;
+    const psurf_ring *rings;
+    const psurf_trig *trig;
+    const psurf_real *limits, *spokes;
+} psurf__vertex_data;
 
-/* The face point across a spoke: of the facet there, or reflected where the ring ends. */
-static psurf__v3 psurf__point_across(const psurf_patches *p, uint32_t there, psurf__v3 tangent,
-                                     psurf__v3 own)
+static psurf__vertex_data psurf__vertex_data_of(const psurf_patches *p)
 {
-    if (there != PSURF_NONE) return psurf__get(psurf__face_point(p, there));
-    return psurf__sub(psurf__mul(tangent, 2), own);
+    psurf__vertex_data data;
+    data.corners = p->topology->corners;
+    data.rings = p->topology->rings;
+    data.trig = p->topology->trig;
+    data.limits = psurf__limit(p, 0);
+    data.spokes = psurf__tangent(p, 0);
+    return data;
 }
 
-static void psurf__read_corner(const psurf_patches *p, uint32_t corner, psurf__corner_data *out)
+/* Limit, tangent and face points; a fourth real follows each, but behind the last face point. */
+static PSURF__INLINE psurf__v4 psurf__read_limit(const psurf__vertex_data *data, uint32_t ring)
 {
-    const psurf_topology *t = p->topology;
-    const uint32_t index = t->corners[corner].ring & ~PSURF_WRITER,
-                   spoke = t->corners[corner].spoke;
-    const psurf_ring *ring = &t->rings[index];
-    const uint32_t after = psurf__next_spoke(ring, spoke);
-    const int ends = psurf__next_spoke(ring, after) == PSURF_NONE;
-    out->v = psurf__get(psurf__limit(p, index));
-    out->t0 = psurf__get(psurf__tangent(p, spoke));
-    out->t1 = psurf__get(psurf__tangent(p, after));
-    out->f = psurf__get(psurf__face_point(p, spoke));
-    out->fr = psurf__point_across(p, psurf__previous_spoke(ring, spoke), out->t0, out->f);
-    out->fl = psurf__point_across(p, ends ? PSURF_NONE : after, out->t1, out->f);
-    out->chi = 1 + t->trig[ring->trig + 2].c;
-    out->s = t->trig[ring->trig + 2].s;
+    return psurf__get4_over(data->limits + 3 * (size_t)ring);
+}
+
+static PSURF__INLINE psurf__v4 psurf__read_tangent(const psurf__vertex_data *data, uint32_t spoke)
+{
+    return psurf__get4_over(data->spokes + 6 * (size_t)spoke);
+}
+
+static PSURF__INLINE psurf__v4 psurf__read_face_point(const psurf__vertex_data *data,
+                                                      uint32_t spoke)
+{
+    return psurf__get4(data->spokes + 6 * (size_t)spoke + 3);
+}
+
+/* What a facet reads at one of its corners. */
+typedef struct psurf__corner_data {
+    psurf__v4 v, t0, t1, f;           /* limit point; tangent points to the next, previous corner;
+                                         face point */
+    const psurf_ring *ring;
+    uint32_t spoke, after;
+} psurf__corner_data;
+
+static PSURF__INLINE void psurf__read_corner(const psurf__vertex_data *data, uint32_t corner,
+                                             psurf__corner_data *out)
+{
+    const uint32_t index = data->corners[corner].ring & ~PSURF_WRITER;
+    out->ring = &data->rings[index];
+    out->spoke = data->corners[corner].spoke;
+    out->after = psurf__next_spoke(out->ring, out->spoke);
+    out->v = psurf__read_limit(data, index);
+    out->t0 = psurf__read_tangent(data, out->spoke);
+    out->t1 = psurf__read_tangent(data, out->after);
+    out->f = psurf__read_face_point(data, out->spoke);
 }
 
 /* ---- pm: [PM], whose equation numbers are given ---- */
 
 /* Ordinary facet: the vertex data as they are make a bicubic Bezier patch. */
-static void psurf__pm_bicubic(const psurf__corner_data c[4], psurf_real *g)
+static PSURF__INLINE void psurf__pm_bicubic(const psurf__vertex_data *data, uint32_t first,
+                                            psurf_real *g)
 {
-    psurf__put(g + 0, c[0].v);
-    psurf__put(g + 3, c[0].t0);
-    psurf__put(g + 6, c[1].t1);
-    psurf__put(g + 9, c[1].v);
-    psurf__put(g + 12, c[0].t1);
-    psurf__put(g + 15, c[0].f);
-    psurf__put(g + 18, c[1].f);
-    psurf__put(g + 21, c[1].t0);
-    psurf__put(g + 24, c[3].t0);
-    psurf__put(g + 27, c[3].f);
-    psurf__put(g + 30, c[2].f);
-    psurf__put(g + 33, c[2].t1);
-    psurf__put(g + 36, c[3].v);
-    psurf__put(g + 39, c[3].t1);
-    psurf__put(g + 42, c[2].t0);
-    psurf__put(g + 45, c[2].v);
+    psurf__corner_data c[4];
+    psurf__read_corner(data, first, &c[0]);
+    psurf__read_corner(data, first + 1, &c[1]);
+    psurf__read_corner(data, first + 2, &c[2]);
+    psurf__read_corner(data, first + 3, &c[3]);
+    psurf__put4(g + 0, c[0].v);
+    psurf__put4(g + 3, c[0].t0);
+    psurf__put4(g + 6, c[1].t1);
+    psurf__put4(g + 9, c[1].v);
+    psurf__put4(g + 12, c[0].t1);
+    psurf__put4(g + 15, c[0].f);
+    psurf__put4(g + 18, c[1].f);
+    psurf__put4(g + 21, c[1].t0);
+    psurf__put4(g + 24, c[3].t0);
+    psurf__put4(g + 27, c[3].f);
+    psurf__put4(g + 30, c[2].f);
+    psurf__put4(g + 33, c[2].t1);
+    psurf__put4(g + 36, c[3].v);
+    psurf__put4(g + 39, c[3].t1);
+    psurf__put4(g + 42, c[2].t0);
+    psurf__put4(g + 45, c[2].v);
 }
 
-/* Polar facet: bicubic with one side shrunk to the pole. Corners a, b of the base, pole o; qa and
-   qb are 3/2 of the blend ratios at the pole, 1 by default. Eqs. 18 and 19. */
-static void psurf__pm_polar(const psurf__corner_data *a, const psurf__corner_data *b,
-                            const psurf__corner_data *o, psurf_real qa, psurf_real qb,
-                            psurf_real *h)
+/* 3/2 of the blend ratio at the pole on the spoke of a polar facet's corner. */
+static psurf_real psurf__pole_ratio(const psurf__control *control, uint32_t spoke)
 {
-    const psurf_real c = o->chi - 1;
-    psurf__v3 h02 = psurf__sub(o->t0, o->v), h32 = psurf__sub(o->t1, o->v), h12, h22;
-    h12 = psurf__mul(psurf__mad(h32, 2, h02), 1 / (2 + c));     /* offsets from the pole, */
-    h22 = psurf__mul(psurf__mad(h02, 2, h32), 1 / (2 + c));     /* whose weights sum to 1 */
-    h12 = psurf__mix(qa, h12, 1 - qa, h02);
-    h22 = psurf__mix(qb, h22, 1 - qb, h32);
-    psurf__put(h + 0, a->v);
-    psurf__put(h + 3, a->t0);
-    psurf__put(h + 6, b->t1);
-    psurf__put(h + 9, b->v);
-    psurf__put(h + 12, a->t1);
-    psurf__put(h + 15, a->f);
-    psurf__put(h + 18, b->f);
-    psurf__put(h + 21, b->t0);
-    psurf__put(h + 24, o->t0);
-    psurf__put(h + 27, psurf__add(o->v, h12));
-    psurf__put(h + 30, psurf__add(o->v, h22));
-    psurf__put(h + 33, o->t1);
-    psurf__put(h + 36, o->v);
+    return control->blends ? PSURF__R(1.5) * control->blends[spoke] : PSURF__R(1);
+}
+
+/* Polar facet: bicubic with one side shrunk to the pole. Corners a, b of the base, pole o, which
+   turn says; qa and qb are 3/2 of the blend ratios at the pole. Eqs. 18 and 19. */
+static void psurf__pm_polar(const psurf__vertex_data *data, const psurf__control *control,
+                            uint32_t first, uint32_t turn, psurf_real *h)
+{
+    psurf__corner_data a, b, o;
+    psurf__v4 h02, h32, h12, h22;
+    psurf_real qa, qb, scale;
+    psurf__read_corner(data, first + turn, &a);
+    psurf__read_corner(data, first + (turn + 1) % 3, &b);
+    psurf__read_corner(data, first + (turn + 2) % 3, &o);
+    qa = psurf__pole_ratio(control, o.spoke);
+    qb = psurf__pole_ratio(control, o.after);
+    scale = 1 / (2 + data->trig[o.ring->trig + 2].c);
+    h02 = psurf__sub4(o.t0, o.v);                               /* offsets from the pole, */
+    h32 = psurf__sub4(o.t1, o.v);                               /* whose weights sum to 1 */
+    h12 = psurf__mul4(psurf__mad4(h32, 2, h02), scale);
+    h22 = psurf__mul4(psurf__mad4(h02, 2, h32), scale);
+    h12 = psurf__mix4(qa, h12, 1 - qa, h02);
+    h22 = psurf__mix4(qb, h22, 1 - qb, h32);
+    psurf__put4(h + 0, a.v);
+    psurf__put4(h + 3, a.t0);
+    psurf__put4(h + 6, b.t1);
+    psurf__put4(h + 9, b.v);
+    psurf__put4(h + 12, a.t1);
+    psurf__put4(h + 15, a.f);
+    psurf__put4(h + 18, b.f);
+    psurf__put4(h + 21, b.t0);
+    psurf__put4(h + 24, o.t0);
+    psurf__put4(h + 27, psurf__add4(o.v, h12));
+    psurf__put4(h + 30, psurf__add4(o.v, h22));
+    psurf__put4(h + 33, o.t1);
+    psurf__put4(h + 36, o.v);
 }
 
 /* What eqs. 3 and 20 need of m = 3, 4, 5: mu = 1 - c_m, k1, k2, and the weight w of the centre.
@@ -2600,33 +2662,49 @@ static const psurf__sides psurf__sides_table[6] = {
      PSURF__R(0.72360679774997896964), PSURF__R(1.0 / 3.0)}
 };
 
-/* b211 and b121 of the sector on the edge from corner a to corner b: eq. 20, written so that
-   coefficients which sum to 0 meet differences. */
-static void psurf__pm_first_row(const psurf__corner_data *a, const psurf__corner_data *b,
-                                psurf_real mu, psurf__v3 *b211, psurf__v3 *b121)
+/* A corner of a facet of sectors: differences of what was read there, and v from an origin near by,
+   so that all that follows keeps its digits. */
+typedef struct psurf__pm_corner {
+    psurf__v4 v, t0, t1;              /* v; tangent points from v */
+    psurf__v4 across0, across1;         /* f from the face points across edge i and edge i-1 */
+    psurf_real chi, s;                  /* (1 + c_n)/(4 mu), s_n */
+} psurf__pm_corner;
+
+/* f from the face point across a spoke: of the facet there, or reflected where the ring ends. */
+static PSURF__INLINE psurf__v4 psurf__from_across(const psurf__vertex_data *data, uint32_t there,
+                                                  psurf__v4 tangent, psurf__v4 f)
 {
-    const psurf_real tau = 3 / (8 * mu * (a->s + b->s)), near_a = a->chi / (4 * mu);
-    const psurf_real near_b = b->chi / (4 * mu);
-    const psurf_real far_a = (2 * mu - b->chi) / (8 * mu), far_b = (2 * mu - a->chi) / (8 * mu);
-    psurf__v3 da = psurf__sub(a->t0, a->v), db = psurf__sub(b->t1, b->v);
-    psurf__v3 along = psurf__sub(b->t1, a->t0);
-    *b211 = psurf__add(psurf__mad(a->v, PSURF__R(0.75) + far_a, da),
-                       psurf__mix(near_a, along, tau, psurf__sub(a->f, a->fr)));
-    *b121 = psurf__add(psurf__mad(b->v, PSURF__R(0.75) + far_b, db),
-                       psurf__mix(-near_b, along, tau, psurf__sub(b->f, b->fl)));
+    if (there != PSURF_NONE) return psurf__sub4(f, psurf__read_face_point(data, there));
+    return psurf__mul4(psurf__sub4(f, tangent), 2);
 }
 
-/* b004: eq. 20. */
-static psurf__v3 psurf__pm_centre(const psurf__corner_data *c, uint32_t m)
+static PSURF__INLINE void psurf__pm_turn_corner(const psurf__vertex_data *data,
+                                                const psurf__corner_data *c, psurf__v4 origin,
+                                                psurf_real mu, psurf__pm_corner *out)
 {
-    const psurf_real w = psurf__sides_table[m].w, scale = 1 / (PSURF__R(m) * (7 * w + 9));
-    psurf__v3 sum = psurf__zero();
-    uint32_t i;
-    for (i = 0; i < m; i++) {
-        psurf__v3 outer = psurf__mad(c[i].v, 3, psurf__add(c[i].t0, c[i].t1));
-        sum = psurf__add(sum, psurf__mix(w, outer, 9, c[i].f));
-    }
-    return psurf__mul(sum, scale);
+    const psurf_trig row = data->trig[c->ring->trig + 2];
+    const int ends = psurf__next_spoke(c->ring, c->after) == PSURF_NONE;
+    const uint32_t before = psurf__previous_spoke(c->ring, c->spoke);
+    out->v = psurf__sub4(c->v, origin);
+    out->t0 = psurf__sub4(c->t0, c->v);
+    out->t1 = psurf__sub4(c->t1, c->v);
+    out->across0 = psurf__from_across(data, before, c->t0, c->f);
+    out->across1 = psurf__from_across(data, ends ? PSURF_NONE : c->after, c->t1, c->f);
+    out->chi = (1 + row.c) * (PSURF__R(0.25) / mu);
+    out->s = row.s;
+}
+
+/* b211 and b121 of the sector on the edge from corner a to corner b: eq. 20, written so that
+   coefficients which sum to 0 meet differences. along: from tangent point to tangent point. */
+static PSURF__INLINE void psurf__pm_first_row(const psurf__pm_corner *a, const psurf__pm_corner *b,
+                                              psurf__v4 along, psurf_real mu, psurf__v4 *b211,
+                                              psurf__v4 *b121)
+{
+    const psurf_real tau = PSURF__R(0.375) / mu / (a->s + b->s), half = PSURF__R(0.5);
+    *b211 = psurf__add4(psurf__mad4(a->v, 1 - half * b->chi, a->t0),
+                        psurf__mix4(a->chi, along, tau, a->across0));
+    *b121 = psurf__add4(psurf__mad4(b->v, 1 - half * a->chi, b->t1),
+                        psurf__mix4(-b->chi, along, tau, b->across1));
 }
 
 /* The points of a sector that are stored, as places in a patch. */
@@ -2660,105 +2738,105 @@ static void psurf__pm_inner_line(const psurf_real *points, uint32_t m, uint32_t 
                                     psurf__pm_point(points, h, PSURF__B112)));
 }
 
-/* b112 of sector i for m = 3 and 5, from b004 and the b202 of all lines: eqs. 21, 22. */
-static psurf__v3 psurf__pm_b112_odd(psurf__v3 centre, const psurf__v3 *b202, uint32_t m, uint32_t i)
+/* b004 from an origin: eq. 20. */
+static PSURF__INLINE psurf__v4 psurf__pm_centre(const psurf__corner_data *c,
+                                                const psurf__pm_corner *from, uint32_t m)
 {
-    psurf__v3 near_edge, beside, opposite;
-    if (m == 3) return psurf__mix(PSURF__R(1.5), centre, PSURF__R(-0.5), b202[(i + 2) % 3]);
-    opposite = b202[(i + 3) % 5];
-    near_edge = psurf__add(b202[i], b202[(i + 1) % 5]);
-    beside = psurf__add(b202[(i + 2) % 5], b202[(i + 4) % 5]);
-    return psurf__add(psurf__mix(PSURF__R(0.69098300562505257590), centre,
-                                 PSURF__R(0.13819660112501051518), opposite),
-                      psurf__mix(PSURF__R(0.44721359549995793928), near_edge,
-                                 PSURF__R(-0.36180339887498948482), beside));
-}
-
-/* b112 of sector i for m = 4: eq. 21. */
-static psurf__v3 psurf__pm_b112_even(psurf__v3 centre, const psurf_real *points, uint32_t i)
-{
-    const uint32_t j = (i + 1) & 3, k = (i + 2) & 3, l = (i + 3) & 3;
-    psurf__v3 own = psurf__add(psurf__pm_point(points, i, PSURF__B211),
-                               psurf__pm_point(points, i, PSURF__B121));
-    psurf__v3 next_to = psurf__add(psurf__pm_point(points, j, PSURF__B121),
-                                   psurf__pm_point(points, l, PSURF__B211));
-    psurf__v3 beyond = psurf__add(psurf__pm_point(points, j, PSURF__B211),
-                                  psurf__pm_point(points, l, PSURF__B121));
-    psurf__v3 opposite = psurf__add(psurf__pm_point(points, k, PSURF__B211),
-                                    psurf__pm_point(points, k, PSURF__B121));
-    return psurf__add(centre, psurf__mix(PSURF__R(3.0 / 16.0), psurf__sub(own, next_to),
-                                         PSURF__R(1.0 / 16.0), psurf__sub(beyond, opposite)));
-}
-
-/* Takes an origin near by off all that a facet reads at a corner. */
-static void psurf__move_corner(psurf__corner_data *c, psurf__v3 origin)
-{
-    c->v = psurf__sub(c->v, origin);
-    c->t0 = psurf__sub(c->t0, origin);
-    c->t1 = psurf__sub(c->t1, origin);
-    c->f = psurf__sub(c->f, origin);
-    c->fr = psurf__sub(c->fr, origin);
-    c->fl = psurf__sub(c->fl, origin);
-}
-
-/* P3, P4, P5: m sectors of degree 4 round a centre. The patch itself may be write-only memory:
-   what is read back comes from a copy on the stack. */
-static void psurf__pm_sectors(psurf__corner_data *c, uint32_t m, psurf_real *out)
-{
-    psurf_real points[3 * (PSURF__SECTOR * 5 + 1)];
-    const psurf__v3 origin = c[0].v;
-    psurf__v3 centre, line[3], b202[5];
-    uint32_t i, k;
+    const psurf_real w = psurf__sides_table[m].w;
+    psurf__v4 sum = psurf__zero4(), inner = psurf__zero4();
+    uint32_t i;
+    PSURF__UNROLL
     for (i = 0; i < m; i++) {
-        psurf_real *sector = out + 3 * PSURF__SECTOR * i;
-        psurf__put(sector + 3 * PSURF__V, c[i].v);
-        psurf__put(sector + 3 * PSURF__T0, c[i].t0);
-        psurf__put(sector + 3 * PSURF__T1, c[psurf__following(i, m)].t1);
+        psurf__v4 tangents = psurf__add4(from[i].t0, from[i].t1);
+        sum = psurf__add4(sum, from[i].v);
+        inner = psurf__add4(inner, psurf__mix4(3 * w, tangents, 9, psurf__sub4(c[i].f, c[i].v)));
     }
-    for (i = 0; i < m; i++) psurf__move_corner(&c[i], origin);
-    centre = psurf__pm_centre(c, m);
+    return psurf__mix4(1 / PSURF__R(m), sum, 1 / (PSURF__R(m) * (7 * w + 9)), inner);
+}
+
+/* b202 on the line from corner i to the centre: eq. 3. */
+static PSURF__INLINE psurf__v4 psurf__pm_b202(const psurf__pm_corner *c, const psurf__sides *sides,
+                                              psurf__v4 b211, psurf__v4 b121_before)
+{
+    psurf__v4 b301 = psurf__mad4(c->v, PSURF__R(0.75) * sides->k2, psurf__add4(c->t0, c->t1));
+    return psurf__mix4(sides->k1, b301, sides->k2, psurf__add4(b211, b121_before));
+}
+
+/* b112 for m = 3 and 5: eqs. 21, 22. */
+static PSURF__INLINE void psurf__pm_b112_odd(const psurf__pm_corner *c, psurf__v4 centre,
+                                             const psurf__v4 *b211, const psurf__v4 *b121,
+                                             uint32_t m, psurf__v4 *b112)
+{
+    psurf__v4 b202[5], near_edge, beside;
+    uint32_t i;
+    PSURF__UNROLL
+    for (i = 0; i < m; i++)
+        b202[i] = psurf__pm_b202(&c[i], &psurf__sides_table[m], b211[i],
+                                 b121[psurf__preceding(i, m)]);
+    PSURF__UNROLL
     for (i = 0; i < m; i++) {
-        const psurf__corner_data *a = &c[i], *b = &c[psurf__following(i, m)];
-        psurf_real *sector = points + 3 * PSURF__SECTOR * i;
-        psurf__v3 b211, b121;
-        psurf__pm_first_row(a, b, psurf__sides_table[m].mu, &b211, &b121);
-        psurf__put(sector + 3 * PSURF__V, a->v);
-        psurf__put(sector + 3 * PSURF__T0, a->t0);
-        psurf__put(sector + 3 * PSURF__T1, b->t1);
-        psurf__put(sector + 3 * PSURF__B211, b211);
-        psurf__put(sector + 3 * PSURF__B121, b121);
+        if (m == 3) {
+            b112[i] = psurf__mix4(PSURF__R(1.5), centre, PSURF__R(-0.5), b202[(i + 2) % 3]);
+            continue;
+        }
+        near_edge = psurf__add4(b202[i], b202[(i + 1) % 5]);
+        beside = psurf__add4(b202[(i + 2) % 5], b202[(i + 4) % 5]);
+        b112[i] = psurf__add4(psurf__mix4(PSURF__R(0.69098300562505257590), centre,
+                                          PSURF__R(0.13819660112501051518), b202[(i + 3) % 5]),
+                              psurf__mix4(PSURF__R(0.44721359549995793928), near_edge,
+                                          PSURF__R(-0.36180339887498948482), beside));
     }
-    for (i = 0; i < m && m != 4; i++) {
-        psurf__pm_inner_line(points, m, i, 2, line);
-        b202[i] = line[1];
-    }
-    for (i = 0; i < m; i++)
-        psurf__put(points + 3 * (PSURF__SECTOR * i + PSURF__B112),
-                   m == 4 ? psurf__pm_b112_even(centre, points, i)
-                          : psurf__pm_b112_odd(centre, b202, m, i));
-    for (i = 0; i < m; i++)
-        for (k = PSURF__B211; k < PSURF__SECTOR; k++)
-            psurf__put(out + 3 * (PSURF__SECTOR * i + k),
-                       psurf__add(origin, psurf__pm_point(points, i, k)));
-    psurf__put(out + 3 * PSURF__SECTOR * m, psurf__add(origin, centre));
 }
 
-/* 3/2 of the blend ratio at the pole on the spoke of a polar facet's corner. */
-static psurf_real psurf__pole_ratio(const psurf__control *control, uint32_t spoke)
+/* b112 for m = 4: eq. 21, by differences of sectors that meet. */
+static PSURF__INLINE void psurf__pm_b112_even(psurf__v4 centre, const psurf__v4 *b211,
+                                              const psurf__v4 *b121, psurf__v4 *b112)
 {
-    return control->blends ? PSURF__R(1.5) * control->blends[spoke] : PSURF__R(1);
+    psurf__v4 d[4];
+    uint32_t i;
+    PSURF__UNROLL
+    for (i = 0; i < 4; i++)
+        d[i] = psurf__add4(psurf__sub4(b211[i], b211[(i + 3) & 3]),
+                           psurf__sub4(b121[i], b121[(i + 1) & 3]));
+    PSURF__UNROLL
+    for (i = 0; i < 4; i++)
+        b112[i] = psurf__add4(centre, psurf__mix4(PSURF__R(3.0 / 16.0), d[i],
+                                                  PSURF__R(-1.0 / 16.0), d[(i + 2) & 3]));
 }
 
-static void psurf__pm_polar_facet(const psurf_patches *p, const psurf__control *control,
-                                  const psurf__corner_data c[3], uint32_t turn, uint32_t first,
-                                  psurf_real *out)
+/* P3, P4, P5: m sectors of degree 4 round a centre. */
+static PSURF__INLINE void psurf__pm_sectors(const psurf__vertex_data *data, uint32_t first,
+                                            uint32_t m, psurf_real *out)
 {
-    const psurf_topology *t = p->topology;
-    const uint32_t a = turn, b = (turn + 1) % 3, o = (turn + 2) % 3;
-    const psurf_ring *pole = &t->rings[t->corners[first + o].ring & ~PSURF_WRITER];
-    const uint32_t to_a = t->corners[first + o].spoke, to_b = psurf__next_spoke(pole, to_a);
-    psurf__pm_polar(&c[a], &c[b], &c[o], psurf__pole_ratio(control, to_a),
-                    psurf__pole_ratio(control, to_b), out);
+    const psurf_real mu = psurf__sides_table[m].mu;
+    psurf__corner_data c[6];
+    psurf__pm_corner from[6];
+    psurf__v4 b211[5], b121[5], b112[5], centre;
+    uint32_t i;
+    PSURF__UNROLL
+    for (i = 0; i < m; i++) {
+        psurf__read_corner(data, first + i, &c[i]);
+        psurf__pm_turn_corner(data, &c[i], c[0].v, mu, &from[i]);
+    }
+    c[m] = c[0];
+    from[m] = from[0];
+    PSURF__UNROLL
+    for (i = 0; i < m; i++)
+        psurf__pm_first_row(&from[i], &from[i + 1], psurf__sub4(c[i + 1].t1, c[i].t0), mu,
+                            &b211[i], &b121[i]);
+    centre = psurf__pm_centre(c, from, m);
+    if (m == 4) psurf__pm_b112_even(centre, b211, b121, b112);
+    else psurf__pm_b112_odd(from, centre, b211, b121, m, b112);
+    PSURF__UNROLL
+    for (i = 0; i < m; i++, out += 3 * PSURF__SECTOR) {
+        psurf__put4(out + 3 * PSURF__V, c[i].v);
+        psurf__put4(out + 3 * PSURF__T0, c[i].t0);
+        psurf__put4(out + 3 * PSURF__T1, c[i + 1].t1);
+        psurf__put4(out + 3 * PSURF__B211, psurf__add4(c[0].v, b211[i]));
+        psurf__put4(out + 3 * PSURF__B121, psurf__add4(c[0].v, b121[i]));
+        psurf__put4(out + 3 * PSURF__B112, psurf__add4(c[0].v, b112[i]));
+    }
+    psurf__put4(out, psurf__add4(c[0].v, centre));
 }
 
 /* The corner that a facet's parameters start from: A of a polar facet, else 0. */
@@ -2767,31 +2845,36 @@ static uint32_t psurf__turn(const psurf_topology *t, uint32_t facet)
     return t->facets[facet].piece >> 16 & 3;
 }
 
-static void psurf__pm_facet(const psurf_patches *p, const psurf__control *control, psurf_kind kind,
-                            uint32_t facet, psurf_real *out)
+/* Facets first to end-1, all of one kind, into consecutive patches. One loop per kind: its sides are
+   a constant there. */
+static void psurf__pm_facets(const psurf_patches *p, const psurf__control *control, psurf_kind kind,
+                             uint32_t first, uint32_t end, psurf_real *out)
 {
-    const uint32_t m = psurf__kind_sides(kind),
-                   first = psurf__facet_corner(p->topology, kind, facet);
-    psurf__corner_data c[5];
-    uint32_t i;
-    psurf__read_corner(p, first, &c[0]);                /* compilers do not know that m > 0 */
-    for (i = 1; i < m; i++) psurf__read_corner(p, first + i, &c[i]);
-    if (kind == PSURF_BICUBIC) psurf__pm_bicubic(c, out);
-    else if (kind == PSURF_POLAR)
-        psurf__pm_polar_facet(p, control, c, psurf__turn(p->topology, facet), first, out);
-    else psurf__pm_sectors(c, m, out);
+    const psurf__vertex_data data = psurf__vertex_data_of(p);
+    const uint32_t sides = psurf__kind_sides(kind), reals = 3 * psurf__kind_table[kind].points;
+    uint32_t corner = psurf__facet_corner(p->topology, kind, first), i;
+    for (i = first; i < end; i++, corner += sides, out += reals) switch (kind) {
+        case PSURF_BICUBIC: psurf__pm_bicubic(&data, corner, out); break;
+        case PSURF_POLAR:
+            psurf__pm_polar(&data, control, corner, psurf__turn(p->topology, i), out);
+            break;
+        case PSURF_P3: psurf__pm_sectors(&data, corner, 3, out); break;
+        case PSURF_P4: psurf__pm_sectors(&data, corner, 4, out); break;
+        case PSURF_P5: psurf__pm_sectors(&data, corner, 5, out); break;
+        case PSURF_KIND_COUNT: break;
+    }
 }
 
 /* ---- the table of schemes, and the passes that run them ---- */
 
 typedef struct psurf__scheme_row {
     const char *name;
-    void (*facet)(const psurf_patches *, const psurf__control *, psurf_kind, uint32_t facet,
-                  psurf_real *out);
+    void (*facets)(const psurf_patches *, const psurf__control *, psurf_kind, uint32_t first,
+                   uint32_t end, psurf_real *out);
 } psurf__scheme_row;
 
 static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
-    {"pm", psurf__pm_facet}
+    {"pm", psurf__pm_facets}
 };
 
 static psurf_real *psurf__patch_points(const psurf_patches *p, psurf_kind kind, uint32_t facet)
@@ -2865,7 +2948,7 @@ PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
 {
     const psurf_topology *t;
     psurf__control control;
-    uint32_t i, end;
+    uint32_t i, end, kind_end;
     if (!patches || !psurf__construct_desc_ok(desc) || (uint32_t)pass >= PSURF_PASS_COUNT ||
         (!patches->scratch && patches->layout.scratch_bytes)) return PSURF_BAD_DESC;
     t = patches->topology;
@@ -2876,10 +2959,11 @@ PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
     if (pass == PSURF_PASS_VERTICES)
         for (i = first; i < end; i++) psurf__vertex_pass(patches, &control, i);
     if (pass == PSURF_PASS_FACETS)
-        for (i = first; i < end; i++) {
-            psurf_kind kind = psurf__facet_kind(t, i);
-            psurf__schemes[patches->scheme].facet(patches, &control, kind, i,
-                                                  psurf__patch_points(patches, kind, i));
+        for (i = first; i < end; i = kind_end) {
+            const psurf_kind kind = psurf__facet_kind(t, i);
+            kind_end = t->kind_first[kind + 1] < end ? t->kind_first[kind + 1] : end;
+            psurf__schemes[patches->scheme].facets(patches, &control, kind, i, kind_end,
+                                                   psurf__patch_points(patches, kind, i));
         }
     return PSURF_OK;
 }
@@ -4377,6 +4461,7 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__R
 #undef PSURF__SQRT
 #undef PSURF__INLINE
+#undef PSURF__UNROLL
 #undef PSURF__LANES_float
 #undef PSURF__LANES_double
 #undef PSURF__JOIN
