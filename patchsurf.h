@@ -811,8 +811,6 @@ static int psurf__finite3(psurf__v3 a)
     return psurf__finite(a.x) && psurf__finite(a.y) && psurf__finite(a.z);
 }
 
-/* A point for work that has little else to do, construction: where the compiler has vectors, in the
-   lanes of one, else a psurf__v3. Equal operations, so equal bits. Lane 3 holds leftovers. */
 #if defined(__GNUC__) || defined(__clang__)
 #define PSURF__INLINE inline __attribute__((always_inline))
 #elif defined(_MSC_VER)
@@ -821,10 +819,14 @@ static int psurf__finite3(psurf__v3 a)
 #define PSURF__INLINE inline
 #endif
 #if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
-#define PSURF__UNROLL _Pragma("GCC unroll 5")  /* at -O2 it would not; others do, or know better */
+#define PSURF__UNROLL _Pragma("GCC unroll 5")   /* gcc -O2 would not; other compilers know best */
 #else
 #define PSURF__UNROLL
 #endif
+
+/* The same points once more, in vector registers where the compiler can say so, for construction:
+   its time goes into adding points. Floats lie in lanes 0 to 2; what lane 3 holds is never stored.
+   Doubles, and machines without such registers, take psurf__v3: equal operations, equal bits. */
 #define PSURF__LANES_float 1
 #define PSURF__LANES_double 0
 #define PSURF__JOIN(a, b) a##b
@@ -832,33 +834,38 @@ static int psurf__finite3(psurf__v3 a)
 #if PSURF__LANES_OF(PSURF_REAL) && defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
 
 typedef psurf_real psurf__v4 __attribute__((vector_size(16)));
-typedef psurf_real psurf__v4_anywhere __attribute__((vector_size(16), aligned(4), may_alias));
-typedef int64_t psurf__halves __attribute__((vector_size(16)));
-typedef int64_t psurf__half_anywhere __attribute__((aligned(4), may_alias));
+typedef psurf_real psurf__v4_in_memory __attribute__((vector_size(16), aligned(4), may_alias));
+typedef int64_t psurf__pairs __attribute__((vector_size(16)));
+typedef int64_t psurf__pair_in_memory __attribute__((aligned(4), may_alias));
 
 static PSURF__INLINE psurf__v4 psurf__get4(const psurf_real *p)
 {
     const psurf__v4 z = {p[2], 0, 0, 0};
-    const psurf__halves a = {*(const psurf__half_anywhere *)p, ((psurf__halves)z)[0]};
+    const psurf__pairs a = {*(const psurf__pair_in_memory *)p, ((psurf__pairs)z)[0]};
     return (psurf__v4)a;
-}
-
-/* As psurf__get4, where a fourth real may be read. */
-static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p)
-{
-    return *(const psurf__v4_anywhere *)p;
-}
-
-/* As psurf__put4, where a fourth real is to be written later. */
-static PSURF__INLINE void psurf__put4_over(psurf_real *p, psurf__v4 a)
-{
-    *(psurf__v4_anywhere *)p = a;
 }
 
 static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a)
 {
-    *(psurf__half_anywhere *)p = ((psurf__halves)a)[0];
+    *(psurf__pair_in_memory *)p = ((psurf__pairs)a)[0];
     p[2] = a[2];
+}
+
+/* In one piece, where a fourth real may be read, or will be written afterwards. */
+static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p)
+{
+    return *(const psurf__v4_in_memory *)p;
+}
+
+static PSURF__INLINE void psurf__put4_over(psurf_real *p, psurf__v4 a)
+{
+    *(psurf__v4_in_memory *)p = a;
+}
+
+static PSURF__INLINE void psurf__copy3(psurf_real *to, const psurf_real *from)
+{
+    *(psurf__pair_in_memory *)to = *(const psurf__pair_in_memory *)from;
+    to[2] = from[2];
 }
 
 static PSURF__INLINE psurf__v4 psurf__add4(psurf__v4 a, psurf__v4 b) { return a + b; }
@@ -870,12 +877,17 @@ static PSURF__INLINE psurf__v4 psurf__mul4(psurf__v4 a, psurf_real s) { return a
 typedef psurf__v3 psurf__v4;
 
 static PSURF__INLINE psurf__v4 psurf__get4(const psurf_real *p) { return psurf__get(p); }
-static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p) { return psurf__get(p); }
 static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a) { psurf__put(p, a); }
+static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p) { return psurf__get(p); }
 static PSURF__INLINE void psurf__put4_over(psurf_real *p, psurf__v4 a) { psurf__put(p, a); }
 static PSURF__INLINE psurf__v4 psurf__add4(psurf__v4 a, psurf__v4 b) { return psurf__add(a, b); }
 static PSURF__INLINE psurf__v4 psurf__sub4(psurf__v4 a, psurf__v4 b) { return psurf__sub(a, b); }
 static PSURF__INLINE psurf__v4 psurf__mul4(psurf__v4 a, psurf_real s) { return psurf__mul(a, s); }
+
+static PSURF__INLINE void psurf__copy3(psurf_real *to, const psurf_real *from)
+{
+    psurf__put(to, psurf__get(from));
+}
 
 #endif
 
@@ -1095,7 +1107,7 @@ static const psurf__kind_facts psurf__kind_table[PSURF_KIND_COUNT] = {
 
 static uint32_t psurf__kind_sides(psurf_kind kind) { return psurf__kind_table[kind].sides; }
 
-/* The spokes of a ring, and those around a spoke: PSURF_NONE beyond the ends of an open ring. */
+/* The spokes of a ring, and the one after a spoke: PSURF_NONE beyond the end of an open ring. */
 static uint32_t psurf__valence(const psurf_ring *ring)
 {
     return ring->valence & PSURF_RING_VALENCE;
@@ -1105,12 +1117,6 @@ static uint32_t psurf__next_spoke(const psurf_ring *ring, uint32_t spoke)
 {
     if (spoke - ring->first_spoke + 1 < psurf__valence(ring)) return spoke + 1;
     return ring->valence & PSURF_RING_OPEN ? PSURF_NONE : ring->first_spoke;
-}
-
-static uint32_t psurf__previous_spoke(const psurf_ring *ring, uint32_t spoke)
-{
-    if (spoke > ring->first_spoke) return spoke - 1;
-    return ring->valence & PSURF_RING_OPEN ? PSURF_NONE : spoke + psurf__valence(ring) - 1;
 }
 
 /* The spoke whose blend ratio counts: that of the next ring where two rings share one. */
@@ -2248,11 +2254,6 @@ static psurf_real *psurf__tangent(const psurf_patches *p, uint32_t spoke)
     return psurf__scratch(p, p->layout.spoke_offset, 6 * (size_t)spoke);
 }
 
-static psurf_real *psurf__face_point(const psurf_patches *p, uint32_t spoke)
-{
-    return psurf__tangent(p, spoke) + 3;
-}
-
 /* The control mesh of a frame. */
 typedef struct psurf__control {
     const psurf_real *positions;
@@ -2273,7 +2274,8 @@ static psurf__control psurf__control_of(const psurf_patches *p, const psurf_cons
     return control;
 }
 
-static PSURF__INLINE const psurf_real *psurf__point_at(const psurf__control *control, uint32_t point)
+static PSURF__INLINE const psurf_real *psurf__point_at(const psurf__control *control,
+                                                       uint32_t point)
 {
     if (point >= control->vertices)
         return control->centres + 3 * (size_t)(point - control->vertices);
@@ -2316,52 +2318,63 @@ static void psurf__centre_pass(const psurf_patches *p, const psurf__control *con
                psurf__face_centre(p->topology, control, p->topology->centres[index]));
 }
 
+/* A point relative to p. */
 static PSURF__INLINE psurf__v4 psurf__offset(const psurf__control *control, uint32_t point,
                                              psurf__v4 p)
 {
     return psurf__sub4(psurf__get4(psurf__point_at(control, point)), p);
 }
 
-/* f_j - p from the edges of the facet, relative to p: eq. 13, or eq. 14 with the blend ratios a of
-   spoke j and b of spoke j+1. across: the sum of the facet's vertices after and before, as in
-   psurf_spoke. */
-static PSURF__INLINE psurf__v4 psurf__face_offset(psurf__v4 end, psurf__v4 next_end,
-                                                  psurf__v4 across)
+/* A spoke of a ring: E_j - p, and the blend ratio there. */
+typedef struct psurf__ring_edge { psurf__v4 end; psurf_real blend; } psurf__ring_edge;
+
+static PSURF__INLINE psurf__ring_edge psurf__read_edge(const psurf_topology *t,
+                                                       const psurf__control *control,
+                                                       const psurf_ring *ring, psurf__v4 p,
+                                                       uint32_t spoke)
 {
-    return psurf__mix4(PSURF__R(2.0 / 9.0), psurf__add4(end, next_end), PSURF__R(0.5 / 9.0), across);
+    psurf__ring_edge edge;
+    edge.end = psurf__offset(control, t->spokes[spoke].end, p);
+    edge.blend = psurf__blend(t, control, ring, spoke);
+    return edge;
 }
 
-static PSURF__INLINE psurf__v4 psurf__face_offset_blended(psurf__v4 end, psurf__v4 next_end,
-                                                          psurf__v4 across, psurf_real a,
-                                                          psurf_real b)
-{
-    const psurf_real both = a * b * PSURF__R(0.25);
-    psurf__v4 along = psurf__mix4((1 - a) * b * PSURF__R(0.5) + both, end,
-                                  a * (1 - b) * PSURF__R(0.5) + both, next_end);
-    return psurf__add4(along, psurf__mul4(across, both * PSURF__R(0.5)));
-}
-
-/* The sum of a facet's vertices after and before, relative to p: in a quad it is the same one. */
+/* The sum of a facet's vertices after and before, relative to p. In a quad they are one. */
 static PSURF__INLINE psurf__v4 psurf__across(const psurf__control *control,
                                              const psurf_spoke *spoke, psurf__v4 p)
 {
-    psurf__v4 after = psurf__offset(control, spoke->after, p);
+    const psurf__v4 after = psurf__offset(control, spoke->after, p);
     if (spoke->before == spoke->after) return psurf__add4(after, after);
     return psurf__add4(after, psurf__offset(control, spoke->before, p));
 }
 
-/* f_j - p of the facet after spoke j of a ring, between two edges relative to p. */
-static PSURF__INLINE psurf__v4 psurf__ring_face_point(const psurf_topology *t,
-                                                      const psurf__control *control,
-                                                      const psurf_ring *ring, uint32_t spoke,
-                                                      psurf__v4 p, psurf__v4 end,
-                                                      psurf__v4 next_end)
+/* f_j - p of the facet between two spokes, where all blend ratios are 2/3: eq. 13. */
+static PSURF__INLINE psurf__v4 psurf__face_offset(psurf__v4 end, psurf__v4 next_end,
+                                                  psurf__v4 across)
 {
-    const psurf__v4 across = psurf__across(control, &t->spokes[spoke], p);
-    if (!control->blends) return psurf__face_offset(end, next_end, across);
-    return psurf__face_offset_blended(end, next_end, across, psurf__blend(t, control, ring, spoke),
-                                      psurf__blend(t, control, ring,
-                                                   psurf__next_spoke(ring, spoke)));
+    return psurf__mix4(PSURF__R(2.0 / 9.0), psurf__add4(end, next_end), PSURF__R(0.5 / 9.0),
+                       across);
+}
+
+/* The same with the blend ratios of both spokes: eq. 14. */
+static PSURF__INLINE psurf__v4 psurf__face_offset_blended(const psurf__ring_edge *edge,
+                                                          const psurf__ring_edge *next,
+                                                          psurf__v4 across)
+{
+    const psurf_real a = edge->blend, b = next->blend, both = a * b * PSURF__R(0.25);
+    psurf__v4 along = psurf__mix4((1 - a) * b * PSURF__R(0.5) + both, edge->end,
+                                  a * (1 - b) * PSURF__R(0.5) + both, next->end);
+    return psurf__add4(along, psurf__mul4(across, both * PSURF__R(0.5)));
+}
+
+static PSURF__INLINE psurf__v4 psurf__ring_face_point(const psurf__control *control,
+                                                      const psurf_spoke *spoke, psurf__v4 p,
+                                                      const psurf__ring_edge *edge,
+                                                      const psurf__ring_edge *next)
+{
+    const psurf__v4 across = psurf__across(control, spoke, p);
+    if (control->blends) return psurf__face_offset_blended(edge, next, across);
+    return psurf__face_offset(edge->end, next->end, across);
 }
 
 /* A closed ring: face points, limit point, tangents T1 and T2, tangent points. Sums run over
@@ -2373,33 +2386,31 @@ static void psurf__closed_ring(const psurf_patches *patches, const psurf__contro
     const psurf_trig *rows = t->trig + ring->trig;
     const uint32_t n = psurf__valence(ring), first = ring->first_spoke;
     const psurf__v4 zero = psurf__zero4(), p = psurf__get4(psurf__point_at(control, ring->point));
-    const psurf__v4 first_end = psurf__offset(control, t->spokes[first].end, p);
+    const psurf__ring_edge first_edge = psurf__read_edge(t, control, ring, p, first);
     psurf_real *out = psurf__tangent(patches, first);
-    psurf__v4 end = first_end, sum = zero, t1 = zero, t2 = zero, v;
+    psurf__v4 sum = zero, t1 = zero, t2 = zero, f, v;
+    psurf__ring_edge edge = first_edge, next;
     uint32_t j;
-    for (j = 0; j < n; j++) {
-        const uint32_t next = j + 1 == n ? 0 : j + 1;
-        const psurf_trig here = rows[1 + j], there = rows[1 + next];
-        const psurf__v4 next_end =
-            next ? psurf__offset(control, t->spokes[first + next].end, p) : first_end;
-        const psurf__v4 f = psurf__ring_face_point(t, control, ring, first + j, p, end, next_end);
+    for (j = 0; j < n; j++, edge = next) {
+        const psurf_trig here = rows[1 + j], there = rows[j + 1 == n ? 1 : 2 + j];
+        next = j + 1 == n ? first_edge : psurf__read_edge(t, control, ring, p, first + j + 1);
+        f = psurf__ring_face_point(control, &t->spokes[first + j], p, &edge, &next);
         sum = psurf__add4(sum, f);
         t1 = psurf__mad4(t1, here.c + there.c, f);      /* sum of c_j e_j, by parts */
         t2 = psurf__mad4(t2, here.s + there.s, f);
-        psurf__put4(out + 6 * j + 3, psurf__add4(p, f));
-        end = next_end;
+        psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
     }
     v = psurf__mad4(p, rows[0].c, sum);                 /* eq. 13 */
     t1 = psurf__mul4(t1, rows[0].s);                    /* eq. 15 */
     t2 = psurf__mul4(t2, rows[0].s);
     psurf__put4(limit, v);
     for (j = 0; j < n; j++)                             /* eq. 16 */
-        psurf__put4(out + 6 * j,
+        psurf__put4(out + 6 * (size_t)j,
                     psurf__add4(v, psurf__mix4(rows[1 + j].c, t1, rows[1 + j].s, t2)));
 }
 
-/* The same where four facets meet and all blend ratios are 2/3: the weights are 0, 1 and -1, and
-   the scales 1/4. */
+/* The same where four facets meet and all blend ratios are 2/3: all cosines and sines are 0, 1 or
+   -1, and both scales 1/4. */
 static void psurf__regular_ring(const psurf_patches *patches, const psurf__control *control,
                                 const psurf_ring *ring, psurf_real *limit)
 {
@@ -2410,9 +2421,8 @@ static void psurf__regular_ring(const psurf_patches *patches, const psurf__contr
     uint32_t j;
     for (j = 0; j < 4; j++) end[j] = psurf__offset(control, spokes[j].end, p);
     end[4] = end[0];
-    for (j = 0; j < 4; j++) {
+    for (j = 0; j < 4; j++)
         f[j] = psurf__face_offset(end[j], end[j + 1], psurf__across(control, &spokes[j], p));
-    }
     v = psurf__add4(psurf__add4(psurf__add4(f[0], f[1]), f[2]), f[3]);
     t1 = psurf__add4(psurf__sub4(psurf__sub4(f[0], f[1]), f[2]), f[3]);
     t2 = psurf__sub4(psurf__sub4(psurf__add4(f[0], f[1]), f[2]), f[3]);
@@ -2420,7 +2430,7 @@ static void psurf__regular_ring(const psurf_patches *patches, const psurf__contr
     t1 = psurf__mul4(t1, PSURF__R(0.25));               /* eq. 15 */
     t2 = psurf__mul4(t2, PSURF__R(0.25));
     psurf__put4(limit, v);
-    psurf__put4_over(out + 0, psurf__add4(v, t1));           /* eq. 16 */
+    psurf__put4_over(out + 0, psurf__add4(v, t1));      /* eq. 16 */
     psurf__put4(out + 3, psurf__add4(p, f[0]));
     psurf__put4_over(out + 6, psurf__add4(v, t2));
     psurf__put4(out + 9, psurf__add4(p, f[1]));
@@ -2431,24 +2441,23 @@ static void psurf__regular_ring(const psurf_patches *patches, const psurf__contr
 }
 
 /* The end point e_s - p of the crease curve on a sharp spoke. */
-static psurf__v4 psurf__sharp_offset(const psurf_topology *t, const psurf__control *control,
-                                     const psurf_ring *ring, psurf__v4 p, uint32_t spoke)
+static psurf__v4 psurf__sharp_offset(const psurf__ring_edge *edge)
 {
-    return psurf__mul4(psurf__offset(control, t->spokes[spoke].end, p),
-                      psurf__blend(t, control, ring, spoke) * PSURF__R(0.5));
+    return psurf__mul4(edge->end, edge->blend * PSURF__R(0.5));
 }
 
 /* The same of the far spoke of a wide neighbour. */
-static psurf__v4 psurf__far_offset(const psurf_topology *t, const psurf__control *control,
-                                   const psurf_ring *ring, psurf__v4 p)
+static psurf__v4 psurf__wide_offset(const psurf_topology *t, const psurf__control *control,
+                                    const psurf_ring *ring, psurf__v4 p)
 {
-    const uint32_t far = t->spokes[ring->first_spoke + psurf__valence(ring) - 1].before;
-    psurf__v4 e = psurf__offset(control, t->spokes[far].end, p);
-    uint32_t ratio = far;                               /* it ends the wide ring, or begins it */
-    if ((ring->valence & PSURF_RING_WIDE_NEXT) && t->spokes[far].after != PSURF_NONE)
-        ratio = t->spokes[far].after;
-    return psurf__mul4(e, (control->blends ? control->blends[ratio] : PSURF__R(2.0 / 3.0)) *
-                             PSURF__R(0.5));
+    const uint32_t spoke = t->spokes[ring->first_spoke + psurf__valence(ring) - 1].before;
+    uint32_t ratio = spoke;                             /* it ends the wide ring, or begins it */
+    psurf__ring_edge edge;
+    if ((ring->valence & PSURF_RING_WIDE_NEXT) && t->spokes[spoke].after != PSURF_NONE)
+        ratio = t->spokes[spoke].after;
+    edge.end = psurf__offset(control, t->spokes[spoke].end, p);
+    edge.blend = control->blends ? control->blends[ratio] : PSURF__R(2.0 / 3.0);
+    return psurf__sharp_offset(&edge);
 }
 
 /* Limit point v of an open ring, and the offsets d from it of the tangent points on its two sharp
@@ -2458,9 +2467,11 @@ static void psurf__sharp_ends(const psurf_topology *t, const psurf__control *con
                               const psurf_ring *ring, psurf__v4 p, psurf__v4 *v, psurf__v4 d[2])
 {
     const uint32_t first = ring->first_spoke, last = first + psurf__valence(ring) - 1;
+    const psurf__ring_edge edge_a = psurf__read_edge(t, control, ring, p, first);
+    const psurf__ring_edge edge_b = psurf__read_edge(t, control, ring, p, last);
+    const psurf__v4 a = psurf__sharp_offset(&edge_a), b = psurf__sharp_offset(&edge_b);
     const psurf_real half = PSURF__R(0.5);
-    psurf__v4 a = psurf__sharp_offset(t, control, ring, p, first);
-    psurf__v4 b = psurf__sharp_offset(t, control, ring, p, last), far;
+    psurf__v4 wide;
     *v = p;
     d[0] = a;
     d[1] = b;
@@ -2469,9 +2480,9 @@ static void psurf__sharp_ends(const psurf_topology *t, const psurf__control *con
         d[0] = psurf__mul4(psurf__sub4(a, b), half);
         d[1] = psurf__mul4(psurf__sub4(b, a), half);
     } else if (t->spokes[last].before != PSURF_NONE) {  /* a wide neighbour runs straight */
-        far = psurf__far_offset(t, control, ring, p);
-        if (ring->valence & PSURF_RING_WIDE_LAST) d[0] = psurf__mul4(psurf__sub4(a, far), half);
-        else d[1] = psurf__mul4(psurf__sub4(b, far), half);
+        wide = psurf__wide_offset(t, control, ring, p);
+        if (ring->valence & PSURF_RING_WIDE_LAST) d[0] = psurf__mul4(psurf__sub4(a, wide), half);
+        else d[1] = psurf__mul4(psurf__sub4(b, wide), half);
     }
 }
 
@@ -2483,29 +2494,28 @@ static void psurf__open_ring(const psurf_patches *patches, const psurf__control 
     const psurf_topology *t = patches->topology;
     const psurf_trig *rows = t->trig + ring->trig;
     const uint32_t k = psurf__valence(ring) - 1, first = ring->first_spoke;
-    psurf__v4 p = psurf__get4(psurf__point_at(control, ring->point)), v, d[2], offset, before, t2, end;
+    const psurf__v4 p = psurf__get4(psurf__point_at(control, ring->point));
+    psurf_real *out = psurf__tangent(patches, first);
+    psurf__v4 v, d[2], offset, e, f, before = psurf__zero4(), t2 = before;
+    psurf__ring_edge edge = psurf__read_edge(t, control, ring, p, first), next;
     uint32_t j;
     psurf__sharp_ends(t, control, ring, p, &v, d);
     offset = psurf__sub4(v, p);
-    before = t2 = psurf__zero4();
-    end = psurf__offset(control, t->spokes[first].end, p);
-    for (j = 0; j < k; j++) {
-        psurf__v4 next_end = psurf__offset(control, t->spokes[first + j + 1].end, p);
-        psurf__v4 f = psurf__ring_face_point(t, control, ring, first + j, p, end, next_end);
-        psurf__v4 e = psurf__sub4(psurf__mul4(psurf__add4(before, f), PSURF__R(0.5)), offset);
+    for (j = 0; j < k; j++, before = f, edge = next) {
+        next = psurf__read_edge(t, control, ring, p, first + j + 1);
+        f = psurf__ring_face_point(control, &t->spokes[first + j], p, &edge, &next);
+        e = psurf__sub4(psurf__mul4(psurf__add4(before, f), PSURF__R(0.5)), offset);
         if (j > 0) t2 = psurf__mad4(t2, 4 * rows[0].s * rows[1 + j].s, e);
-        psurf__put4(psurf__face_point(patches, first + j), psurf__add4(p, f));
-        before = f;
-        end = next_end;
+        psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
     }
     if (ring->valence & PSURF_RING_CORNER) t2 = d[1];
     psurf__put4(limit, v);
-    psurf__put4(psurf__tangent(patches, first), psurf__add4(v, d[0]));
-    psurf__put4(psurf__tangent(patches, first + k), psurf__add4(v, d[1]));
-    psurf__put4(psurf__face_point(patches, first + k), v);       /* never read, yet defined */
+    psurf__put4(out, psurf__add4(v, d[0]));
+    psurf__put4(out + 6 * (size_t)k, psurf__add4(v, d[1]));
+    psurf__put4(out + 6 * (size_t)k + 3, v);            /* never used, yet defined */
     for (j = 1; j < k; j++)
-        psurf__put4(psurf__tangent(patches, first + j),
-                   psurf__add4(v, psurf__mix4(rows[1 + j].c, d[0], rows[1 + j].s, t2)));
+        psurf__put4(out + 6 * (size_t)j,
+                    psurf__add4(v, psurf__mix4(rows[1 + j].c, d[0], rows[1 + j].s, t2)));
 }
 
 static void psurf__vertex_pass(const psurf_patches *patches, const psurf__control *control,
@@ -2513,9 +2523,9 @@ static void psurf__vertex_pass(const psurf_patches *patches, const psurf__contro
 {
     const psurf_ring *ring = &patches->topology->rings[index];
     psurf_real *limit = psurf__limit(patches, index);
-    if (ring->valence == 4 && !control->blends)
+    if (ring->valence & PSURF_RING_OPEN) psurf__open_ring(patches, control, ring, limit);
+    else if (psurf__valence(ring) == 4 && !control->blends)
         psurf__regular_ring(patches, control, ring, limit);
-    else if (ring->valence & PSURF_RING_OPEN) psurf__open_ring(patches, control, ring, limit);
     else psurf__closed_ring(patches, control, ring, limit);
 }
 
@@ -2542,42 +2552,33 @@ static psurf__vertex_data psurf__vertex_data_of(const psurf_patches *p)
     return data;
 }
 
-/* Limit, tangent and face points; a fourth real follows each, but behind the last face point. */
-static PSURF__INLINE psurf__v4 psurf__read_limit(const psurf__vertex_data *data, uint32_t ring)
-{
-    return psurf__get4_over(data->limits + 3 * (size_t)ring);
-}
-
-static PSURF__INLINE psurf__v4 psurf__read_tangent(const psurf__vertex_data *data, uint32_t spoke)
-{
-    return psurf__get4_over(data->spokes + 6 * (size_t)spoke);
-}
-
-static PSURF__INLINE psurf__v4 psurf__read_face_point(const psurf__vertex_data *data,
-                                                      uint32_t spoke)
-{
-    return psurf__get4(data->spokes + 6 * (size_t)spoke + 3);
-}
-
-/* What a facet reads at one of its corners. */
+/* Where a facet reads at one of its corners. */
 typedef struct psurf__corner_data {
-    psurf__v4 v, t0, t1, f;           /* limit point; tangent points to the next, previous corner;
-                                         face point */
+    const psurf_real *v, *t0, *t1;    /* limit point; tangent points to the next, previous corner */
+    const psurf_real *f, *fr, *fl;      /* face points: own facet, across edge i, across edge i-1 */
     const psurf_ring *ring;
-    uint32_t spoke, after;
+    uint32_t spoke, after;              /* to the next corner, to the previous one */
 } psurf__corner_data;
 
-static PSURF__INLINE void psurf__read_corner(const psurf__vertex_data *data, uint32_t corner,
-                                             psurf__corner_data *out)
+/* Without branches. Where the ring ends, fr and fl lead to some face point that does not count. */
+static PSURF__INLINE psurf__corner_data psurf__read_corner(const psurf__vertex_data *data,
+                                                           uint32_t corner)
 {
+    psurf__corner_data c;
     const uint32_t index = data->corners[corner].ring & ~PSURF_WRITER;
-    out->ring = &data->rings[index];
-    out->spoke = data->corners[corner].spoke;
-    out->after = psurf__next_spoke(out->ring, out->spoke);
-    out->v = psurf__read_limit(data, index);
-    out->t0 = psurf__read_tangent(data, out->spoke);
-    out->t1 = psurf__read_tangent(data, out->after);
-    out->f = psurf__read_face_point(data, out->spoke);
+    uint32_t n, j;
+    c.ring = &data->rings[index];
+    c.spoke = data->corners[corner].spoke;
+    n = c.ring->valence & PSURF_RING_VALENCE;
+    j = c.spoke - c.ring->first_spoke;
+    c.after = c.spoke + 1 - (j + 1 == n ? n : 0);
+    c.v = data->limits + 3 * (size_t)index;
+    c.t0 = data->spokes + 6 * (size_t)c.spoke;
+    c.t1 = data->spokes + 6 * (size_t)c.after;
+    c.f = c.t0 + 3;
+    c.fr = data->spokes + 6 * (size_t)(c.spoke + (j == 0 ? n : 0) - 1) + 3;
+    c.fl = c.t1 + 3;
+    return c;
 }
 
 /* ---- pm: [PM], whose equation numbers are given ---- */
@@ -2587,26 +2588,26 @@ static PSURF__INLINE void psurf__pm_bicubic(const psurf__vertex_data *data, uint
                                             psurf_real *g)
 {
     psurf__corner_data c[4];
-    psurf__read_corner(data, first, &c[0]);
-    psurf__read_corner(data, first + 1, &c[1]);
-    psurf__read_corner(data, first + 2, &c[2]);
-    psurf__read_corner(data, first + 3, &c[3]);
-    psurf__put4(g + 0, c[0].v);
-    psurf__put4(g + 3, c[0].t0);
-    psurf__put4(g + 6, c[1].t1);
-    psurf__put4(g + 9, c[1].v);
-    psurf__put4(g + 12, c[0].t1);
-    psurf__put4(g + 15, c[0].f);
-    psurf__put4(g + 18, c[1].f);
-    psurf__put4(g + 21, c[1].t0);
-    psurf__put4(g + 24, c[3].t0);
-    psurf__put4(g + 27, c[3].f);
-    psurf__put4(g + 30, c[2].f);
-    psurf__put4(g + 33, c[2].t1);
-    psurf__put4(g + 36, c[3].v);
-    psurf__put4(g + 39, c[3].t1);
-    psurf__put4(g + 42, c[2].t0);
-    psurf__put4(g + 45, c[2].v);
+    c[0] = psurf__read_corner(data, first);
+    c[1] = psurf__read_corner(data, first + 1);
+    c[2] = psurf__read_corner(data, first + 2);
+    c[3] = psurf__read_corner(data, first + 3);
+    psurf__copy3(g + 0, c[0].v);
+    psurf__copy3(g + 3, c[0].t0);
+    psurf__copy3(g + 6, c[1].t1);
+    psurf__copy3(g + 9, c[1].v);
+    psurf__copy3(g + 12, c[0].t1);
+    psurf__copy3(g + 15, c[0].f);
+    psurf__copy3(g + 18, c[1].f);
+    psurf__copy3(g + 21, c[1].t0);
+    psurf__copy3(g + 24, c[3].t0);
+    psurf__copy3(g + 27, c[3].f);
+    psurf__copy3(g + 30, c[2].f);
+    psurf__copy3(g + 33, c[2].t1);
+    psurf__copy3(g + 36, c[3].v);
+    psurf__copy3(g + 39, c[3].t1);
+    psurf__copy3(g + 42, c[2].t0);
+    psurf__copy3(g + 45, c[2].v);
 }
 
 /* 3/2 of the blend ratio at the pole on the spoke of a polar facet's corner. */
@@ -2620,34 +2621,32 @@ static psurf_real psurf__pole_ratio(const psurf__control *control, uint32_t spok
 static void psurf__pm_polar(const psurf__vertex_data *data, const psurf__control *control,
                             uint32_t first, uint32_t turn, psurf_real *h)
 {
-    psurf__corner_data a, b, o;
-    psurf__v4 h02, h32, h12, h22;
-    psurf_real qa, qb, scale;
-    psurf__read_corner(data, first + turn, &a);
-    psurf__read_corner(data, first + (turn + 1) % 3, &b);
-    psurf__read_corner(data, first + (turn + 2) % 3, &o);
-    qa = psurf__pole_ratio(control, o.spoke);
-    qb = psurf__pole_ratio(control, o.after);
-    scale = 1 / (2 + data->trig[o.ring->trig + 2].c);
-    h02 = psurf__sub4(o.t0, o.v);                               /* offsets from the pole, */
-    h32 = psurf__sub4(o.t1, o.v);                               /* whose weights sum to 1 */
-    h12 = psurf__mul4(psurf__mad4(h32, 2, h02), scale);
-    h22 = psurf__mul4(psurf__mad4(h02, 2, h32), scale);
+    const psurf__corner_data a = psurf__read_corner(data, first + turn);
+    const psurf__corner_data b = psurf__read_corner(data, first + (turn + 1) % 3);
+    const psurf__corner_data o = psurf__read_corner(data, first + (turn + 2) % 3);
+    const psurf_real qa = psurf__pole_ratio(control, o.spoke);
+    const psurf_real qb = psurf__pole_ratio(control, o.after);
+    const psurf_real scale = 1 / (2 + data->trig[o.ring->trig + 2].c);
+    const psurf__v4 pole = psurf__get4(o.v);
+    psurf__v4 h02 = psurf__sub4(psurf__get4(o.t0), pole);       /* offsets from the pole, */
+    psurf__v4 h32 = psurf__sub4(psurf__get4(o.t1), pole);       /* whose weights sum to 1 */
+    psurf__v4 h12 = psurf__mul4(psurf__mad4(h32, 2, h02), scale);
+    psurf__v4 h22 = psurf__mul4(psurf__mad4(h02, 2, h32), scale);
     h12 = psurf__mix4(qa, h12, 1 - qa, h02);
     h22 = psurf__mix4(qb, h22, 1 - qb, h32);
-    psurf__put4(h + 0, a.v);
-    psurf__put4(h + 3, a.t0);
-    psurf__put4(h + 6, b.t1);
-    psurf__put4(h + 9, b.v);
-    psurf__put4(h + 12, a.t1);
-    psurf__put4(h + 15, a.f);
-    psurf__put4(h + 18, b.f);
-    psurf__put4(h + 21, b.t0);
-    psurf__put4(h + 24, o.t0);
-    psurf__put4(h + 27, psurf__add4(o.v, h12));
-    psurf__put4(h + 30, psurf__add4(o.v, h22));
-    psurf__put4(h + 33, o.t1);
-    psurf__put4(h + 36, o.v);
+    psurf__copy3(h + 0, a.v);
+    psurf__copy3(h + 3, a.t0);
+    psurf__copy3(h + 6, b.t1);
+    psurf__copy3(h + 9, b.v);
+    psurf__copy3(h + 12, a.t1);
+    psurf__copy3(h + 15, a.f);
+    psurf__copy3(h + 18, b.f);
+    psurf__copy3(h + 21, b.t0);
+    psurf__copy3(h + 24, o.t0);
+    psurf__put4(h + 27, psurf__add4(pole, h12));
+    psurf__put4(h + 30, psurf__add4(pole, h22));
+    psurf__copy3(h + 33, o.t1);
+    psurf__copy3(h + 36, o.v);
 }
 
 /* What eqs. 3 and 20 need of m = 3, 4, 5: mu = 1 - c_m, k1, k2, and the weight w of the centre.
@@ -2662,36 +2661,40 @@ static const psurf__sides psurf__sides_table[6] = {
      PSURF__R(0.72360679774997896964), PSURF__R(1.0 / 3.0)}
 };
 
-/* A corner of a facet of sectors: differences of what was read there, and v from an origin near by,
+/* A corner of a facet of sectors: v from an origin near by and differences of what is read there,
    so that all that follows keeps its digits. */
 typedef struct psurf__pm_corner {
-    psurf__v4 v, t0, t1;              /* v; tangent points from v */
-    psurf__v4 across0, across1;         /* f from the face points across edge i and edge i-1 */
+    psurf__v4 v, t0, t1, f;             /* the others from v */
+    psurf__v4 across0, across1;         /* f from fr and fl */
     psurf_real chi, s;                  /* (1 + c_n)/(4 mu), s_n */
 } psurf__pm_corner;
 
-/* f from the face point across a spoke: of the facet there, or reflected where the ring ends. */
-static PSURF__INLINE psurf__v4 psurf__from_across(const psurf__vertex_data *data, uint32_t there,
-                                                  psurf__v4 tangent, psurf__v4 f)
+/* Where a ring ends, the face point across is that of the facet, reflected. */
+static PSURF__INLINE void psurf__pm_reflect(const psurf__corner_data *at, psurf__pm_corner *c)
 {
-    if (there != PSURF_NONE) return psurf__sub4(f, psurf__read_face_point(data, there));
-    return psurf__mul4(psurf__sub4(f, tangent), 2);
+    const uint32_t last = at->ring->first_spoke + psurf__valence(at->ring) - 1;
+    if (at->spoke == at->ring->first_spoke)
+        c->across0 = psurf__mul4(psurf__sub4(c->f, c->t0), 2);
+    if (at->after == last) c->across1 = psurf__mul4(psurf__sub4(c->f, c->t1), 2);
 }
 
-static PSURF__INLINE void psurf__pm_turn_corner(const psurf__vertex_data *data,
-                                                const psurf__corner_data *c, psurf__v4 origin,
-                                                psurf_real mu, psurf__pm_corner *out)
+static PSURF__INLINE psurf__pm_corner psurf__pm_read(const psurf__vertex_data *data,
+                                                     const psurf__corner_data *at,
+                                                     psurf__v4 origin, psurf_real mu)
 {
-    const psurf_trig row = data->trig[c->ring->trig + 2];
-    const int ends = psurf__next_spoke(c->ring, c->after) == PSURF_NONE;
-    const uint32_t before = psurf__previous_spoke(c->ring, c->spoke);
-    out->v = psurf__sub4(c->v, origin);
-    out->t0 = psurf__sub4(c->t0, c->v);
-    out->t1 = psurf__sub4(c->t1, c->v);
-    out->across0 = psurf__from_across(data, before, c->t0, c->f);
-    out->across1 = psurf__from_across(data, ends ? PSURF_NONE : c->after, c->t1, c->f);
-    out->chi = (1 + row.c) * (PSURF__R(0.25) / mu);
-    out->s = row.s;
+    const psurf_trig row = data->trig[at->ring->trig + 2];
+    const psurf__v4 v = psurf__get4(at->v), f = psurf__get4(at->f);
+    psurf__pm_corner c;
+    c.v = psurf__sub4(v, origin);
+    c.t0 = psurf__sub4(psurf__get4_over(at->t0), v);
+    c.t1 = psurf__sub4(psurf__get4_over(at->t1), v);
+    c.f = psurf__sub4(f, v);
+    c.across0 = psurf__sub4(f, psurf__get4(at->fr));
+    c.across1 = psurf__sub4(f, psurf__get4(at->fl));
+    if (at->ring->valence & PSURF_RING_OPEN) psurf__pm_reflect(at, &c);
+    c.chi = (1 + row.c) * (PSURF__R(0.25) / mu);
+    c.s = row.s;
+    return c;
 }
 
 /* b211 and b121 of the sector on the edge from corner a to corner b: eq. 20, written so that
@@ -2739,17 +2742,16 @@ static void psurf__pm_inner_line(const psurf_real *points, uint32_t m, uint32_t 
 }
 
 /* b004 from an origin: eq. 20. */
-static PSURF__INLINE psurf__v4 psurf__pm_centre(const psurf__corner_data *c,
-                                                const psurf__pm_corner *from, uint32_t m)
+static PSURF__INLINE psurf__v4 psurf__pm_centre(const psurf__pm_corner *c, uint32_t m)
 {
     const psurf_real w = psurf__sides_table[m].w;
     psurf__v4 sum = psurf__zero4(), inner = psurf__zero4();
     uint32_t i;
     PSURF__UNROLL
     for (i = 0; i < m; i++) {
-        psurf__v4 tangents = psurf__add4(from[i].t0, from[i].t1);
-        sum = psurf__add4(sum, from[i].v);
-        inner = psurf__add4(inner, psurf__mix4(3 * w, tangents, 9, psurf__sub4(c[i].f, c[i].v)));
+        psurf__v4 tangents = psurf__add4(c[i].t0, c[i].t1);
+        sum = psurf__add4(sum, c[i].v);
+        inner = psurf__add4(inner, psurf__mix4(3 * w, tangents, 9, c[i].f));
     }
     return psurf__mix4(1 / PSURF__R(m), sum, 1 / (PSURF__R(m) * (7 * w + 9)), inner);
 }
@@ -2809,34 +2811,35 @@ static PSURF__INLINE void psurf__pm_sectors(const psurf__vertex_data *data, uint
                                             uint32_t m, psurf_real *out)
 {
     const psurf_real mu = psurf__sides_table[m].mu;
-    psurf__corner_data c[6];
-    psurf__pm_corner from[6];
-    psurf__v4 b211[5], b121[5], b112[5], centre;
+    psurf__corner_data at[6];
+    psurf__pm_corner c[6];
+    psurf__v4 origin, b211[5], b121[5], b112[5], centre;
     uint32_t i;
     PSURF__UNROLL
-    for (i = 0; i < m; i++) {
-        psurf__read_corner(data, first + i, &c[i]);
-        psurf__pm_turn_corner(data, &c[i], c[0].v, mu, &from[i]);
-    }
+    for (i = 0; i < m; i++) at[i] = psurf__read_corner(data, first + i);
+    origin = psurf__get4(at[0].v);
+    PSURF__UNROLL
+    for (i = 0; i < m; i++) c[i] = psurf__pm_read(data, &at[i], origin, mu);
+    at[m] = at[0];
     c[m] = c[0];
-    from[m] = from[0];
     PSURF__UNROLL
     for (i = 0; i < m; i++)
-        psurf__pm_first_row(&from[i], &from[i + 1], psurf__sub4(c[i + 1].t1, c[i].t0), mu,
-                            &b211[i], &b121[i]);
-    centre = psurf__pm_centre(c, from, m);
+        psurf__pm_first_row(&c[i], &c[i + 1],
+                            psurf__sub4(psurf__get4_over(at[i + 1].t1), psurf__get4_over(at[i].t0)),
+                            mu, &b211[i], &b121[i]);
+    centre = psurf__pm_centre(c, m);
     if (m == 4) psurf__pm_b112_even(centre, b211, b121, b112);
-    else psurf__pm_b112_odd(from, centre, b211, b121, m, b112);
+    else psurf__pm_b112_odd(c, centre, b211, b121, m, b112);
     PSURF__UNROLL
     for (i = 0; i < m; i++, out += 3 * PSURF__SECTOR) {
-        psurf__put4(out + 3 * PSURF__V, c[i].v);
-        psurf__put4(out + 3 * PSURF__T0, c[i].t0);
-        psurf__put4(out + 3 * PSURF__T1, c[i + 1].t1);
-        psurf__put4(out + 3 * PSURF__B211, psurf__add4(c[0].v, b211[i]));
-        psurf__put4(out + 3 * PSURF__B121, psurf__add4(c[0].v, b121[i]));
-        psurf__put4(out + 3 * PSURF__B112, psurf__add4(c[0].v, b112[i]));
+        psurf__copy3(out + 3 * PSURF__V, at[i].v);
+        psurf__copy3(out + 3 * PSURF__T0, at[i].t0);
+        psurf__copy3(out + 3 * PSURF__T1, at[i + 1].t1);
+        psurf__put4(out + 3 * PSURF__B211, psurf__add4(origin, b211[i]));
+        psurf__put4(out + 3 * PSURF__B121, psurf__add4(origin, b121[i]));
+        psurf__put4(out + 3 * PSURF__B112, psurf__add4(origin, b112[i]));
     }
-    psurf__put4(out, psurf__add4(c[0].v, centre));
+    psurf__put4(out, psurf__add4(origin, centre));
 }
 
 /* The corner that a facet's parameters start from: A of a polar facet, else 0. */
