@@ -2552,7 +2552,7 @@ static psurf__vertex_data psurf__vertex_data_of(const psurf_patches *p)
     return data;
 }
 
-/* Where a facet reads at one of its corners. */
+/* Where a facet reads at one of its corners. A face point follows every tangent point. */
 typedef struct psurf__corner_data {
     const psurf_real *v, *t0, *t1;    /* limit point; tangent points to the next, previous corner */
     const psurf_real *f, *fr, *fl;      /* face points: own facet, across edge i, across edge i-1 */
@@ -2697,8 +2697,8 @@ static PSURF__INLINE psurf__pm_corner psurf__pm_read(const psurf__vertex_data *d
     return c;
 }
 
-/* b211 and b121 of the sector on the edge from corner a to corner b: eq. 20, written so that
-   coefficients which sum to 0 meet differences. along: from tangent point to tangent point. */
+/* b211 and b121 of the sector on the edge from corner a to corner b: eq. 20 in differences, with
+   3/4 + (2 mu - chi)/(8 mu) = 1 - chi/(8 mu). along: from the tangent point of a to that of b. */
 static PSURF__INLINE void psurf__pm_first_row(const psurf__pm_corner *a, const psurf__pm_corner *b,
                                               psurf__v4 along, psurf_real mu, psurf__v4 *b211,
                                               psurf__v4 *b121)
@@ -2811,22 +2811,21 @@ static PSURF__INLINE void psurf__pm_sectors(const psurf__vertex_data *data, uint
                                             uint32_t m, psurf_real *out)
 {
     const psurf_real mu = psurf__sides_table[m].mu;
-    psurf__corner_data at[6];
-    psurf__pm_corner c[6];
-    psurf__v4 origin, b211[5], b121[5], b112[5], centre;
-    uint32_t i;
+    psurf__corner_data at[5];
+    psurf__pm_corner c[5];
+    psurf__v4 origin, along, b211[5], b121[5], b112[5], centre;
+    uint32_t i, j;
     PSURF__UNROLL
     for (i = 0; i < m; i++) at[i] = psurf__read_corner(data, first + i);
     origin = psurf__get4(at[0].v);
     PSURF__UNROLL
     for (i = 0; i < m; i++) c[i] = psurf__pm_read(data, &at[i], origin, mu);
-    at[m] = at[0];
-    c[m] = c[0];
     PSURF__UNROLL
-    for (i = 0; i < m; i++)
-        psurf__pm_first_row(&c[i], &c[i + 1],
-                            psurf__sub4(psurf__get4_over(at[i + 1].t1), psurf__get4_over(at[i].t0)),
-                            mu, &b211[i], &b121[i]);
+    for (i = 0; i < m; i++) {
+        j = psurf__following(i, m);
+        along = psurf__sub4(psurf__get4_over(at[j].t1), psurf__get4_over(at[i].t0));
+        psurf__pm_first_row(&c[i], &c[j], along, mu, &b211[i], &b121[i]);
+    }
     centre = psurf__pm_centre(c, m);
     if (m == 4) psurf__pm_b112_even(centre, b211, b121, b112);
     else psurf__pm_b112_odd(c, centre, b211, b121, m, b112);
@@ -2834,7 +2833,7 @@ static PSURF__INLINE void psurf__pm_sectors(const psurf__vertex_data *data, uint
     for (i = 0; i < m; i++, out += 3 * PSURF__SECTOR) {
         psurf__copy3(out + 3 * PSURF__V, at[i].v);
         psurf__copy3(out + 3 * PSURF__T0, at[i].t0);
-        psurf__copy3(out + 3 * PSURF__T1, at[i + 1].t1);
+        psurf__copy3(out + 3 * PSURF__T1, at[psurf__following(i, m)].t1);
         psurf__put4(out + 3 * PSURF__B211, psurf__add4(origin, b211[i]));
         psurf__put4(out + 3 * PSURF__B121, psurf__add4(origin, b121[i]));
         psurf__put4(out + 3 * PSURF__B112, psurf__add4(origin, b112[i]));
@@ -2848,8 +2847,8 @@ static uint32_t psurf__turn(const psurf_topology *t, uint32_t facet)
     return t->facets[facet].piece >> 16 & 3;
 }
 
-/* Facets first to end-1, all of one kind, into consecutive patches. One loop per kind: its sides are
-   a constant there. */
+/* Facets first to end-1, all of one kind, into consecutive patches. In each case the number of
+   sides is a constant: the compiler works out what depends on it alone. */
 static void psurf__pm_facets(const psurf_patches *p, const psurf__control *control, psurf_kind kind,
                              uint32_t first, uint32_t end, psurf_real *out)
 {
