@@ -712,12 +712,25 @@ PSURF_API int psurf_exact(void);
 #endif
 #endif
 
+/* Always, but where nothing is optimised: there every copy would take stack of its own. */
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(memory_sanitizer)
+#define PSURF__SANITIZED
+#endif
+#elif defined(__SANITIZE_ADDRESS__)
+#define PSURF__SANITIZED
+#endif
 #if defined(_MSC_VER)
-#define PSURF__INLINE static __forceinline
-#elif defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__)
-#define PSURF__INLINE static inline __attribute__((always_inline))
+#define PSURF__INLINE __forceinline
+#elif defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(PSURF__SANITIZED)
+#define PSURF__INLINE inline __attribute__((always_inline))
 #else
-#define PSURF__INLINE static inline
+#define PSURF__INLINE inline
+#endif
+#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
+#define PSURF__UNROLL _Pragma("GCC unroll 5")   /* gcc -O2 would not; other compilers know best */
+#else
+#define PSURF__UNROLL
 #endif
 
 #ifndef PSURF_SELF
@@ -853,6 +866,87 @@ static int psurf__finite(psurf_real x)
 static int psurf__finite3(psurf__v3 a)
 {
     return psurf__finite(a.x) && psurf__finite(a.y) && psurf__finite(a.z);
+}
+
+/* The same points once more, in vector registers where the compiler can say so, for construction:
+   its time goes into adding points. Floats lie in lanes 0 to 2; what lane 3 holds is never stored.
+   Doubles, and machines without such registers, take psurf__v3: equal operations, equal bits. */
+#if defined(PSURF__SIMD) && defined(__GNUC__)
+
+typedef psurf_real psurf__v4 __attribute__((vector_size(16)));
+typedef psurf_real psurf__v4_in_memory __attribute__((vector_size(16), aligned(4), may_alias));
+typedef int64_t psurf__pairs __attribute__((vector_size(16)));
+typedef int64_t psurf__pair_in_memory __attribute__((aligned(4), may_alias));
+
+static PSURF__INLINE psurf__v4 psurf__get4(const psurf_real *p)
+{
+    const psurf__v4 z = {p[2], 0, 0, 0};
+    const psurf__pairs a = {*(const psurf__pair_in_memory *)p, ((psurf__pairs)z)[0]};
+    return (psurf__v4)a;
+}
+
+static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a)
+{
+    *(psurf__pair_in_memory *)p = ((psurf__pairs)a)[0];
+    p[2] = a[2];
+}
+
+/* In one piece, where a fourth real may be read, or will be written afterwards. */
+static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p)
+{
+    return *(const psurf__v4_in_memory *)p;
+}
+
+static PSURF__INLINE void psurf__put4_over(psurf_real *p, psurf__v4 a)
+{
+    *(psurf__v4_in_memory *)p = a;
+}
+
+static PSURF__INLINE void psurf__copy3(psurf_real *to, const psurf_real *from)
+{
+    *(psurf__pair_in_memory *)to = *(const psurf__pair_in_memory *)from;
+    to[2] = from[2];
+}
+
+static PSURF__INLINE psurf__v4 psurf__add4(psurf__v4 a, psurf__v4 b) { return a + b; }
+static PSURF__INLINE psurf__v4 psurf__sub4(psurf__v4 a, psurf__v4 b) { return a - b; }
+static PSURF__INLINE psurf__v4 psurf__mul4(psurf__v4 a, psurf_real s) { return a * s; }
+
+#else
+
+typedef psurf__v3 psurf__v4;
+
+static PSURF__INLINE psurf__v4 psurf__get4(const psurf_real *p) { return psurf__get(p); }
+static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a) { psurf__put(p, a); }
+static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p) { return psurf__get(p); }
+static PSURF__INLINE void psurf__put4_over(psurf_real *p, psurf__v4 a) { psurf__put(p, a); }
+static PSURF__INLINE psurf__v4 psurf__add4(psurf__v4 a, psurf__v4 b) { return psurf__add(a, b); }
+static PSURF__INLINE psurf__v4 psurf__sub4(psurf__v4 a, psurf__v4 b) { return psurf__sub(a, b); }
+static PSURF__INLINE psurf__v4 psurf__mul4(psurf__v4 a, psurf_real s) { return psurf__mul(a, s); }
+
+static PSURF__INLINE void psurf__copy3(psurf_real *to, const psurf_real *from)
+{
+    psurf__put(to, psurf__get(from));
+}
+
+#endif
+
+static PSURF__INLINE psurf__v4 psurf__zero4(void)
+{
+    const psurf_real zero[4] = {0, 0, 0, 0};
+    return psurf__get4(zero);
+}
+
+/* a + s b */
+static PSURF__INLINE psurf__v4 psurf__mad4(psurf__v4 a, psurf_real s, psurf__v4 b)
+{
+    return psurf__add4(a, psurf__mul4(b, s));
+}
+
+/* s a + t b */
+static PSURF__INLINE psurf__v4 psurf__mix4(psurf_real s, psurf__v4 a, psurf_real t, psurf__v4 b)
+{
+    return psurf__add4(psurf__mul4(a, s), psurf__mul4(b, t));
 }
 
 /* a scaled so that its largest component is 1: lengths and products of what follows neither
@@ -1053,7 +1147,7 @@ static const psurf__kind_facts psurf__kind_table[PSURF_KIND_COUNT] = {
 
 static uint32_t psurf__kind_sides(psurf_kind kind) { return psurf__kind_table[kind].sides; }
 
-/* The spokes of a ring, and those around a spoke: PSURF_NONE beyond the ends of an open ring. */
+/* The spokes of a ring, and the one after a spoke: PSURF_NONE beyond the end of an open ring. */
 static uint32_t psurf__valence(const psurf_ring *ring)
 {
     return ring->valence & PSURF_RING_VALENCE;
@@ -1063,12 +1157,6 @@ static uint32_t psurf__next_spoke(const psurf_ring *ring, uint32_t spoke)
 {
     if (spoke - ring->first_spoke + 1 < psurf__valence(ring)) return spoke + 1;
     return ring->valence & PSURF_RING_OPEN ? PSURF_NONE : ring->first_spoke;
-}
-
-static uint32_t psurf__previous_spoke(const psurf_ring *ring, uint32_t spoke)
-{
-    if (spoke > ring->first_spoke) return spoke - 1;
-    return ring->valence & PSURF_RING_OPEN ? PSURF_NONE : spoke + psurf__valence(ring) - 1;
 }
 
 /* The spoke whose blend ratio counts: that of the next ring where two rings share one. */
@@ -2206,11 +2294,6 @@ static psurf_real *psurf__tangent(const psurf_patches *p, uint32_t spoke)
     return psurf__scratch(p, p->layout.spoke_offset, 6 * (size_t)spoke);
 }
 
-static psurf_real *psurf__face_point(const psurf_patches *p, uint32_t spoke)
-{
-    return psurf__tangent(p, spoke) + 3;
-}
-
 /* The control mesh of a frame. */
 typedef struct psurf__control {
     const psurf_real *positions;
@@ -2231,11 +2314,17 @@ static psurf__control psurf__control_of(const psurf_patches *p, const psurf_cons
     return control;
 }
 
-static psurf__v3 psurf__position(const psurf__control *control, uint32_t point)
+static PSURF__INLINE const psurf_real *psurf__point_at(const psurf__control *control,
+                                                       uint32_t point)
 {
     if (point >= control->vertices)
-        return psurf__get(control->centres + 3 * (size_t)(point - control->vertices));
-    return psurf__get(control->positions + point * control->stride);
+        return control->centres + 3 * (size_t)(point - control->vertices);
+    return control->positions + point * control->stride;
+}
+
+static psurf__v3 psurf__position(const psurf__control *control, uint32_t point)
+{
+    return psurf__get(psurf__point_at(control, point));
 }
 
 static psurf_real psurf__blend(const psurf_topology *t, const psurf__control *control,
@@ -2269,38 +2358,63 @@ static void psurf__centre_pass(const psurf_patches *p, const psurf__control *con
                psurf__face_centre(p->topology, control, p->topology->centres[index]));
 }
 
-/* f_j - p from the edges of the facet, relative to p: eq. 13, or eq. 14 with the blend ratios a of
-   spoke j and b of spoke j+1. after, before: as in psurf_spoke. */
-static psurf__v3 psurf__face_offset(psurf__v3 end, psurf__v3 next_end, psurf__v3 after,
-                                    psurf__v3 before)
+/* A point relative to p. */
+static PSURF__INLINE psurf__v4 psurf__offset(const psurf__control *control, uint32_t point,
+                                             psurf__v4 p)
 {
-    psurf__v3 ends = psurf__add(end, next_end), across = psurf__add(after, before);
-    return psurf__mix(PSURF__R(2.0 / 9.0), ends, PSURF__R(0.5 / 9.0), across);
+    return psurf__sub4(psurf__get4(psurf__point_at(control, point)), p);
 }
 
-static psurf__v3 psurf__face_offset_blended(psurf__v3 end, psurf__v3 next_end, psurf__v3 after,
-                                            psurf__v3 before, psurf_real a, psurf_real b)
+/* A spoke of a ring: E_j - p, and the blend ratio there. */
+typedef struct psurf__ring_edge { psurf__v4 end; psurf_real blend; } psurf__ring_edge;
+
+static PSURF__INLINE psurf__ring_edge psurf__read_edge(const psurf_topology *t,
+                                                       const psurf__control *control,
+                                                       const psurf_ring *ring, psurf__v4 p,
+                                                       uint32_t spoke)
 {
-    psurf_real both = a * b * PSURF__R(0.25);
-    psurf__v3 across = psurf__mul(psurf__add(after, before), both * PSURF__R(0.5));
-    psurf__v3 along = psurf__mix((1 - a) * b * PSURF__R(0.5) + both, end,
-                                 a * (1 - b) * PSURF__R(0.5) + both, next_end);
-    return psurf__add(along, across);
+    psurf__ring_edge edge;
+    edge.end = psurf__offset(control, t->spokes[spoke].end, p);
+    edge.blend = psurf__blend(t, control, ring, spoke);
+    return edge;
 }
 
-/* f_j - p of the facet after spoke j of a ring. */
-static psurf__v3 psurf__ring_face_point(const psurf_topology *t, const psurf__control *control,
-                                        const psurf_ring *ring, psurf__v3 p, uint32_t j)
+/* The sum of a facet's vertices after and before, relative to p. In a quad they are one. */
+static PSURF__INLINE psurf__v4 psurf__across(const psurf__control *control,
+                                             const psurf_spoke *spoke, psurf__v4 p)
 {
-    const uint32_t spoke = ring->first_spoke + j, next = psurf__next_spoke(ring, spoke);
-    psurf__v3 end = psurf__sub(psurf__position(control, t->spokes[spoke].end), p);
-    psurf__v3 next_end = psurf__sub(psurf__position(control, t->spokes[next].end), p);
-    psurf__v3 after = psurf__sub(psurf__position(control, t->spokes[spoke].after), p);
-    psurf__v3 before = psurf__sub(psurf__position(control, t->spokes[spoke].before), p);
-    if (!control->blends) return psurf__face_offset(end, next_end, after, before);
-    return psurf__face_offset_blended(end, next_end, after, before,
-                                      psurf__blend(t, control, ring, spoke),
-                                      psurf__blend(t, control, ring, next));
+    const psurf__v4 after = psurf__offset(control, spoke->after, p);
+    if (spoke->before == spoke->after) return psurf__add4(after, after);
+    return psurf__add4(after, psurf__offset(control, spoke->before, p));
+}
+
+/* f_j - p of the facet between two spokes, where all blend ratios are 2/3: eq. 13. */
+static PSURF__INLINE psurf__v4 psurf__face_offset(psurf__v4 end, psurf__v4 next_end,
+                                                  psurf__v4 across)
+{
+    return psurf__mix4(PSURF__R(2.0 / 9.0), psurf__add4(end, next_end), PSURF__R(0.5 / 9.0),
+                       across);
+}
+
+/* The same with the blend ratios of both spokes: eq. 14. */
+static PSURF__INLINE psurf__v4 psurf__face_offset_blended(const psurf__ring_edge *edge,
+                                                          const psurf__ring_edge *next,
+                                                          psurf__v4 across)
+{
+    const psurf_real a = edge->blend, b = next->blend, both = a * b * PSURF__R(0.25);
+    psurf__v4 along = psurf__mix4((1 - a) * b * PSURF__R(0.5) + both, edge->end,
+                                  a * (1 - b) * PSURF__R(0.5) + both, next->end);
+    return psurf__add4(along, psurf__mul4(across, both * PSURF__R(0.5)));
+}
+
+static PSURF__INLINE psurf__v4 psurf__ring_face_point(const psurf__control *control,
+                                                      const psurf_spoke *spoke, psurf__v4 p,
+                                                      const psurf__ring_edge *edge,
+                                                      const psurf__ring_edge *next)
+{
+    const psurf__v4 across = psurf__across(control, spoke, p);
+    if (control->blends) return psurf__face_offset_blended(edge, next, across);
+    return psurf__face_offset(edge->end, next->end, across);
 }
 
 /* A closed ring: face points, limit point, tangents T1 and T2, tangent points. Sums run over
@@ -2308,70 +2422,107 @@ static psurf__v3 psurf__ring_face_point(const psurf_topology *t, const psurf__co
 static void psurf__closed_ring(const psurf_patches *patches, const psurf__control *control,
                                const psurf_ring *ring, psurf_real *limit)
 {
-    const psurf_trig *rows = patches->topology->trig + ring->trig;
+    const psurf_topology *t = patches->topology;
+    const psurf_trig *rows = t->trig + ring->trig;
     const uint32_t n = psurf__valence(ring), first = ring->first_spoke;
-    psurf__v3 p = psurf__position(control, ring->point), v;
-    psurf__v3 sum = psurf__zero(), t1 = psurf__zero(), t2 = psurf__zero();
+    const psurf__v4 zero = psurf__zero4(), p = psurf__get4(psurf__point_at(control, ring->point));
+    const psurf__ring_edge first_edge = psurf__read_edge(t, control, ring, p, first);
+    psurf_real *out = psurf__tangent(patches, first);
+    psurf__v4 sum = zero, t1 = zero, t2 = zero, f, v;
+    psurf__ring_edge edge = first_edge, next;
     uint32_t j;
-    for (j = 0; j < n; j++) {
-        const psurf_trig here = rows[1 + j], there = rows[1 + (j + 1 == n ? 0 : j + 1)];
-        psurf__v3 f = psurf__ring_face_point(patches->topology, control, ring, p, j);
-        sum = psurf__add(sum, f);
-        t1 = psurf__mad(t1, here.c + there.c, f);       /* sum of c_j e_j, by parts */
-        t2 = psurf__mad(t2, here.s + there.s, f);
-        psurf__put(psurf__face_point(patches, first + j), psurf__add(p, f));
+    for (j = 0; j < n; j++, edge = next) {
+        const psurf_trig here = rows[1 + j], there = rows[j + 1 == n ? 1 : 2 + j];
+        next = j + 1 == n ? first_edge : psurf__read_edge(t, control, ring, p, first + j + 1);
+        f = psurf__ring_face_point(control, &t->spokes[first + j], p, &edge, &next);
+        sum = psurf__add4(sum, f);
+        t1 = psurf__mad4(t1, here.c + there.c, f);      /* sum of c_j e_j, by parts */
+        t2 = psurf__mad4(t2, here.s + there.s, f);
+        psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
     }
-    v = psurf__mad(p, rows[0].c, sum);                  /* eq. 13 */
-    t1 = psurf__mul(t1, rows[0].s);                     /* eq. 15 */
-    t2 = psurf__mul(t2, rows[0].s);
-    psurf__put(limit, v);
+    v = psurf__mad4(p, rows[0].c, sum);                 /* eq. 13 */
+    t1 = psurf__mul4(t1, rows[0].s);                    /* eq. 15 */
+    t2 = psurf__mul4(t2, rows[0].s);
+    psurf__put4(limit, v);
     for (j = 0; j < n; j++)                             /* eq. 16 */
-        psurf__put(psurf__tangent(patches, first + j),
-                   psurf__add(v, psurf__mix(rows[1 + j].c, t1, rows[1 + j].s, t2)));
+        psurf__put4(out + 6 * (size_t)j,
+                    psurf__add4(v, psurf__mix4(rows[1 + j].c, t1, rows[1 + j].s, t2)));
+}
+
+/* The same where four facets meet and all blend ratios are 2/3: all cosines and sines are 0, 1 or
+   -1, and both scales 1/4. */
+static void psurf__regular_ring(const psurf_patches *patches, const psurf__control *control,
+                                const psurf_ring *ring, psurf_real *limit)
+{
+    const psurf_spoke *spokes = patches->topology->spokes + ring->first_spoke;
+    const psurf__v4 p = psurf__get4(psurf__point_at(control, ring->point));
+    psurf_real *out = psurf__tangent(patches, ring->first_spoke);
+    psurf__v4 end[5], f[4], v, t1, t2;
+    uint32_t j;
+    for (j = 0; j < 4; j++) end[j] = psurf__offset(control, spokes[j].end, p);
+    end[4] = end[0];
+    for (j = 0; j < 4; j++)
+        f[j] = psurf__face_offset(end[j], end[j + 1], psurf__across(control, &spokes[j], p));
+    v = psurf__add4(psurf__add4(psurf__add4(f[0], f[1]), f[2]), f[3]);
+    t1 = psurf__add4(psurf__sub4(psurf__sub4(f[0], f[1]), f[2]), f[3]);
+    t2 = psurf__sub4(psurf__sub4(psurf__add4(f[0], f[1]), f[2]), f[3]);
+    v = psurf__mad4(p, PSURF__R(0.25), v);              /* eq. 13 */
+    t1 = psurf__mul4(t1, PSURF__R(0.25));               /* eq. 15 */
+    t2 = psurf__mul4(t2, PSURF__R(0.25));
+    psurf__put4(limit, v);
+    psurf__put4_over(out + 0, psurf__add4(v, t1));      /* eq. 16 */
+    psurf__put4(out + 3, psurf__add4(p, f[0]));
+    psurf__put4_over(out + 6, psurf__add4(v, t2));
+    psurf__put4(out + 9, psurf__add4(p, f[1]));
+    psurf__put4_over(out + 12, psurf__sub4(v, t1));
+    psurf__put4(out + 15, psurf__add4(p, f[2]));
+    psurf__put4_over(out + 18, psurf__sub4(v, t2));
+    psurf__put4(out + 21, psurf__add4(p, f[3]));
 }
 
 /* The end point e_s - p of the crease curve on a sharp spoke. */
-static psurf__v3 psurf__sharp_offset(const psurf_topology *t, const psurf__control *control,
-                                     const psurf_ring *ring, psurf__v3 p, uint32_t spoke)
+static psurf__v4 psurf__sharp_offset(const psurf__ring_edge *edge)
 {
-    return psurf__mul(psurf__sub(psurf__position(control, t->spokes[spoke].end), p),
-                      psurf__blend(t, control, ring, spoke) * PSURF__R(0.5));
+    return psurf__mul4(edge->end, edge->blend * PSURF__R(0.5));
 }
 
 /* The same of the far spoke of a wide neighbour. */
-static psurf__v3 psurf__far_offset(const psurf_topology *t, const psurf__control *control,
-                                   const psurf_ring *ring, psurf__v3 p)
+static psurf__v4 psurf__wide_offset(const psurf_topology *t, const psurf__control *control,
+                                    const psurf_ring *ring, psurf__v4 p)
 {
-    const uint32_t far = t->spokes[ring->first_spoke + psurf__valence(ring) - 1].before;
-    psurf__v3 e = psurf__sub(psurf__position(control, t->spokes[far].end), p);
-    uint32_t ratio = far;                               /* it ends the wide ring, or begins it */
-    if ((ring->valence & PSURF_RING_WIDE_NEXT) && t->spokes[far].after != PSURF_NONE)
-        ratio = t->spokes[far].after;
-    return psurf__mul(e, (control->blends ? control->blends[ratio] : PSURF__R(2.0 / 3.0)) *
-                             PSURF__R(0.5));
+    const uint32_t spoke = t->spokes[ring->first_spoke + psurf__valence(ring) - 1].before;
+    uint32_t ratio = spoke;                             /* it ends the wide ring, or begins it */
+    psurf__ring_edge edge;
+    if ((ring->valence & PSURF_RING_WIDE_NEXT) && t->spokes[spoke].after != PSURF_NONE)
+        ratio = t->spokes[spoke].after;
+    edge.end = psurf__offset(control, t->spokes[spoke].end, p);
+    edge.blend = control->blends ? control->blends[ratio] : PSURF__R(2.0 / 3.0);
+    return psurf__sharp_offset(&edge);
 }
 
 /* Limit point v of an open ring, and the offsets d from it of the tangent points on its two sharp
    spokes. Both sides of a spoke compute these from the same numbers, and differ only in the order
    of operands of commutative operations: same bits. */
 static void psurf__sharp_ends(const psurf_topology *t, const psurf__control *control,
-                              const psurf_ring *ring, psurf__v3 p, psurf__v3 *v, psurf__v3 d[2])
+                              const psurf_ring *ring, psurf__v4 p, psurf__v4 *v, psurf__v4 d[2])
 {
     const uint32_t first = ring->first_spoke, last = first + psurf__valence(ring) - 1;
+    const psurf__ring_edge edge_a = psurf__read_edge(t, control, ring, p, first);
+    const psurf__ring_edge edge_b = psurf__read_edge(t, control, ring, p, last);
+    const psurf__v4 a = psurf__sharp_offset(&edge_a), b = psurf__sharp_offset(&edge_b);
     const psurf_real half = PSURF__R(0.5);
-    psurf__v3 a = psurf__sharp_offset(t, control, ring, p, first);
-    psurf__v3 b = psurf__sharp_offset(t, control, ring, p, last), far;
+    psurf__v4 wide;
     *v = p;
     d[0] = a;
     d[1] = b;
     if (!(ring->valence & PSURF_RING_CORNER)) {         /* straight through the vertex */
-        if (!(ring->valence & PSURF_RING_WIDE)) *v = psurf__mad(p, half, psurf__add(a, b));
-        d[0] = psurf__mul(psurf__sub(a, b), half);
-        d[1] = psurf__mul(psurf__sub(b, a), half);
+        if (!(ring->valence & PSURF_RING_WIDE)) *v = psurf__mad4(p, half, psurf__add4(a, b));
+        d[0] = psurf__mul4(psurf__sub4(a, b), half);
+        d[1] = psurf__mul4(psurf__sub4(b, a), half);
     } else if (t->spokes[last].before != PSURF_NONE) {  /* a wide neighbour runs straight */
-        far = psurf__far_offset(t, control, ring, p);
-        if (ring->valence & PSURF_RING_WIDE_LAST) d[0] = psurf__mul(psurf__sub(a, far), half);
-        else d[1] = psurf__mul(psurf__sub(b, far), half);
+        wide = psurf__wide_offset(t, control, ring, p);
+        if (ring->valence & PSURF_RING_WIDE_LAST) d[0] = psurf__mul4(psurf__sub4(a, wide), half);
+        else d[1] = psurf__mul4(psurf__sub4(b, wide), half);
     }
 }
 
@@ -2383,26 +2534,28 @@ static void psurf__open_ring(const psurf_patches *patches, const psurf__control 
     const psurf_topology *t = patches->topology;
     const psurf_trig *rows = t->trig + ring->trig;
     const uint32_t k = psurf__valence(ring) - 1, first = ring->first_spoke;
-    psurf__v3 p = psurf__position(control, ring->point), v, d[2], offset, before, t2;
+    const psurf__v4 p = psurf__get4(psurf__point_at(control, ring->point));
+    psurf_real *out = psurf__tangent(patches, first);
+    psurf__v4 v, d[2], offset, e, f, before = psurf__zero4(), t2 = before;
+    psurf__ring_edge edge = psurf__read_edge(t, control, ring, p, first), next;
     uint32_t j;
     psurf__sharp_ends(t, control, ring, p, &v, d);
-    offset = psurf__sub(v, p);
-    before = t2 = psurf__zero();
-    for (j = 0; j < k; j++) {
-        psurf__v3 f = psurf__ring_face_point(t, control, ring, p, j);
-        psurf__v3 e = psurf__sub(psurf__mul(psurf__add(before, f), PSURF__R(0.5)), offset);
-        if (j > 0) t2 = psurf__mad(t2, 4 * rows[0].s * rows[1 + j].s, e);
-        psurf__put(psurf__face_point(patches, first + j), psurf__add(p, f));
-        before = f;
+    offset = psurf__sub4(v, p);
+    for (j = 0; j < k; j++, before = f, edge = next) {
+        next = psurf__read_edge(t, control, ring, p, first + j + 1);
+        f = psurf__ring_face_point(control, &t->spokes[first + j], p, &edge, &next);
+        e = psurf__sub4(psurf__mul4(psurf__add4(before, f), PSURF__R(0.5)), offset);
+        if (j > 0) t2 = psurf__mad4(t2, 4 * rows[0].s * rows[1 + j].s, e);
+        psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
     }
     if (ring->valence & PSURF_RING_CORNER) t2 = d[1];
-    psurf__put(limit, v);
-    psurf__put(psurf__tangent(patches, first), psurf__add(v, d[0]));
-    psurf__put(psurf__tangent(patches, first + k), psurf__add(v, d[1]));
-    psurf__put(psurf__face_point(patches, first + k), v);       /* never read, yet defined */
+    psurf__put4(limit, v);
+    psurf__put4(out, psurf__add4(v, d[0]));
+    psurf__put4(out + 6 * (size_t)k, psurf__add4(v, d[1]));
+    psurf__put4(out + 6 * (size_t)k + 3, v);            /* never used, yet defined */
     for (j = 1; j < k; j++)
-        psurf__put(psurf__tangent(patches, first + j),
-                   psurf__add(v, psurf__mix(rows[1 + j].c, d[0], rows[1 + j].s, t2)));
+        psurf__put4(out + 6 * (size_t)j,
+                    psurf__add4(v, psurf__mix4(rows[1 + j].c, d[0], rows[1 + j].s, t2)));
 }
 
 static void psurf__vertex_pass(const psurf_patches *patches, const psurf__control *control,
@@ -2411,6 +2564,8 @@ static void psurf__vertex_pass(const psurf_patches *patches, const psurf__contro
     const psurf_ring *ring = &patches->topology->rings[index];
     psurf_real *limit = psurf__limit(patches, index);
     if (ring->valence & PSURF_RING_OPEN) psurf__open_ring(patches, control, ring, limit);
+    else if (psurf__valence(ring) == 4 && !control->blends)
+        psurf__regular_ring(patches, control, ring, limit);
     else psurf__closed_ring(patches, control, ring, limit);
 }
 
@@ -2418,87 +2573,120 @@ static void psurf__vertex_pass(const psurf_patches *patches, const psurf__contro
    A scheme turns vertex data into control points, facet by facet; it is one function here and one
    row in the table below. */
 
-/* What a facet reads at one of its corners. */
-typedef struct psurf__corner_data {
-    psurf__v3 v, t0, t1;              /* limit point; tangent points to the next, previous corner */
-    psurf__v3 f, fr, fl;                /* face points: own facet, across edge i, across edge i-1 */
-    psurf_real chi, s;                  /* 1 + c_n, s_n */
-} psurf__corner_data;
+/* Where facets read: the tables, and what the vertices pass left. */
+typedef struct psurf__vertex_data {
+    const psurf_corner *corners;
+    const psurf_ring *rings;
+    const psurf_trig *trig;
+    const psurf_real *limits, *spokes;
+} psurf__vertex_data;
 
-/* The face point across a spoke: of the facet there, or reflected where the ring ends. */
-static psurf__v3 psurf__point_across(const psurf_patches *p, uint32_t there, psurf__v3 tangent,
-                                     psurf__v3 own)
+static psurf__vertex_data psurf__vertex_data_of(const psurf_patches *p)
 {
-    if (there != PSURF_NONE) return psurf__get(psurf__face_point(p, there));
-    return psurf__sub(psurf__mul(tangent, 2), own);
+    psurf__vertex_data data;
+    data.corners = p->topology->corners;
+    data.rings = p->topology->rings;
+    data.trig = p->topology->trig;
+    data.limits = psurf__limit(p, 0);
+    data.spokes = psurf__tangent(p, 0);
+    return data;
 }
 
-static void psurf__read_corner(const psurf_patches *p, uint32_t corner, psurf__corner_data *out)
+/* Where a facet reads at one of its corners. A face point follows every tangent point. */
+typedef struct psurf__corner_data {
+    const psurf_real *v, *t0, *t1;    /* limit point; tangent points to the next, previous corner */
+    const psurf_real *f, *fr, *fl;      /* face points: own facet, across edge i, across edge i-1 */
+    const psurf_ring *ring;
+    uint32_t spoke, after;              /* to the next corner, to the previous one */
+} psurf__corner_data;
+
+/* Without branches. Where the ring ends, fr and fl lead to some face point that does not count. */
+static PSURF__INLINE psurf__corner_data psurf__read_corner(const psurf__vertex_data *data,
+                                                           uint32_t corner)
 {
-    const psurf_topology *t = p->topology;
-    const uint32_t index = t->corners[corner].ring & ~PSURF_WRITER,
-                   spoke = t->corners[corner].spoke;
-    const psurf_ring *ring = &t->rings[index];
-    const uint32_t after = psurf__next_spoke(ring, spoke);
-    const int ends = psurf__next_spoke(ring, after) == PSURF_NONE;
-    out->v = psurf__get(psurf__limit(p, index));
-    out->t0 = psurf__get(psurf__tangent(p, spoke));
-    out->t1 = psurf__get(psurf__tangent(p, after));
-    out->f = psurf__get(psurf__face_point(p, spoke));
-    out->fr = psurf__point_across(p, psurf__previous_spoke(ring, spoke), out->t0, out->f);
-    out->fl = psurf__point_across(p, ends ? PSURF_NONE : after, out->t1, out->f);
-    out->chi = 1 + t->trig[ring->trig + 2].c;
-    out->s = t->trig[ring->trig + 2].s;
+    psurf__corner_data c;
+    const uint32_t index = data->corners[corner].ring & ~PSURF_WRITER;
+    uint32_t n, j;
+    c.ring = &data->rings[index];
+    c.spoke = data->corners[corner].spoke;
+    n = c.ring->valence & PSURF_RING_VALENCE;
+    j = c.spoke - c.ring->first_spoke;
+    c.after = c.spoke + 1 - (j + 1 == n ? n : 0);
+    c.v = data->limits + 3 * (size_t)index;
+    c.t0 = data->spokes + 6 * (size_t)c.spoke;
+    c.t1 = data->spokes + 6 * (size_t)c.after;
+    c.f = c.t0 + 3;
+    c.fr = data->spokes + 6 * (size_t)(c.spoke + (j == 0 ? n : 0) - 1) + 3;
+    c.fl = c.t1 + 3;
+    return c;
 }
 
 /* ---- pm: [PM], whose equation numbers are given ---- */
 
 /* Ordinary facet: the vertex data as they are make a bicubic Bezier patch. */
-static void psurf__pm_bicubic(const psurf__corner_data c[4], psurf_real *g)
+static PSURF__INLINE void psurf__pm_bicubic(const psurf__vertex_data *data, uint32_t first,
+                                            psurf_real *g)
 {
-    psurf__put(g + 0, c[0].v);
-    psurf__put(g + 3, c[0].t0);
-    psurf__put(g + 6, c[1].t1);
-    psurf__put(g + 9, c[1].v);
-    psurf__put(g + 12, c[0].t1);
-    psurf__put(g + 15, c[0].f);
-    psurf__put(g + 18, c[1].f);
-    psurf__put(g + 21, c[1].t0);
-    psurf__put(g + 24, c[3].t0);
-    psurf__put(g + 27, c[3].f);
-    psurf__put(g + 30, c[2].f);
-    psurf__put(g + 33, c[2].t1);
-    psurf__put(g + 36, c[3].v);
-    psurf__put(g + 39, c[3].t1);
-    psurf__put(g + 42, c[2].t0);
-    psurf__put(g + 45, c[2].v);
+    psurf__corner_data c[4];
+    c[0] = psurf__read_corner(data, first);
+    c[1] = psurf__read_corner(data, first + 1);
+    c[2] = psurf__read_corner(data, first + 2);
+    c[3] = psurf__read_corner(data, first + 3);
+    psurf__copy3(g + 0, c[0].v);
+    psurf__copy3(g + 3, c[0].t0);
+    psurf__copy3(g + 6, c[1].t1);
+    psurf__copy3(g + 9, c[1].v);
+    psurf__copy3(g + 12, c[0].t1);
+    psurf__copy3(g + 15, c[0].f);
+    psurf__copy3(g + 18, c[1].f);
+    psurf__copy3(g + 21, c[1].t0);
+    psurf__copy3(g + 24, c[3].t0);
+    psurf__copy3(g + 27, c[3].f);
+    psurf__copy3(g + 30, c[2].f);
+    psurf__copy3(g + 33, c[2].t1);
+    psurf__copy3(g + 36, c[3].v);
+    psurf__copy3(g + 39, c[3].t1);
+    psurf__copy3(g + 42, c[2].t0);
+    psurf__copy3(g + 45, c[2].v);
 }
 
-/* Polar facet: bicubic with one side shrunk to the pole. Corners a, b of the base, pole o; qa and
-   qb are 3/2 of the blend ratios at the pole, 1 by default. Eqs. 18 and 19. */
-static void psurf__pm_polar(const psurf__corner_data *a, const psurf__corner_data *b,
-                            const psurf__corner_data *o, psurf_real qa, psurf_real qb,
-                            psurf_real *h)
+/* 3/2 of the blend ratio at the pole on the spoke of a polar facet's corner. */
+static psurf_real psurf__pole_ratio(const psurf__control *control, uint32_t spoke)
 {
-    const psurf_real c = o->chi - 1;
-    psurf__v3 h02 = psurf__sub(o->t0, o->v), h32 = psurf__sub(o->t1, o->v), h12, h22;
-    h12 = psurf__mul(psurf__mad(h32, 2, h02), 1 / (2 + c));     /* offsets from the pole, */
-    h22 = psurf__mul(psurf__mad(h02, 2, h32), 1 / (2 + c));     /* whose weights sum to 1 */
-    h12 = psurf__mix(qa, h12, 1 - qa, h02);
-    h22 = psurf__mix(qb, h22, 1 - qb, h32);
-    psurf__put(h + 0, a->v);
-    psurf__put(h + 3, a->t0);
-    psurf__put(h + 6, b->t1);
-    psurf__put(h + 9, b->v);
-    psurf__put(h + 12, a->t1);
-    psurf__put(h + 15, a->f);
-    psurf__put(h + 18, b->f);
-    psurf__put(h + 21, b->t0);
-    psurf__put(h + 24, o->t0);
-    psurf__put(h + 27, psurf__add(o->v, h12));
-    psurf__put(h + 30, psurf__add(o->v, h22));
-    psurf__put(h + 33, o->t1);
-    psurf__put(h + 36, o->v);
+    return control->blends ? PSURF__R(1.5) * control->blends[spoke] : PSURF__R(1);
+}
+
+/* Polar facet: bicubic with one side shrunk to the pole. Corners a, b of the base, pole o, which
+   turn says; qa and qb are 3/2 of the blend ratios at the pole. Eqs. 18 and 19. */
+static void psurf__pm_polar(const psurf__vertex_data *data, const psurf__control *control,
+                            uint32_t first, uint32_t turn, psurf_real *h)
+{
+    const psurf__corner_data a = psurf__read_corner(data, first + turn);
+    const psurf__corner_data b = psurf__read_corner(data, first + (turn + 1) % 3);
+    const psurf__corner_data o = psurf__read_corner(data, first + (turn + 2) % 3);
+    const psurf_real qa = psurf__pole_ratio(control, o.spoke);
+    const psurf_real qb = psurf__pole_ratio(control, o.after);
+    const psurf_real scale = 1 / (2 + data->trig[o.ring->trig + 2].c);
+    const psurf__v4 pole = psurf__get4(o.v);
+    psurf__v4 h02 = psurf__sub4(psurf__get4(o.t0), pole);       /* offsets from the pole, */
+    psurf__v4 h32 = psurf__sub4(psurf__get4(o.t1), pole);       /* whose weights sum to 1 */
+    psurf__v4 h12 = psurf__mul4(psurf__mad4(h32, 2, h02), scale);
+    psurf__v4 h22 = psurf__mul4(psurf__mad4(h02, 2, h32), scale);
+    h12 = psurf__mix4(qa, h12, 1 - qa, h02);
+    h22 = psurf__mix4(qb, h22, 1 - qb, h32);
+    psurf__copy3(h + 0, a.v);
+    psurf__copy3(h + 3, a.t0);
+    psurf__copy3(h + 6, b.t1);
+    psurf__copy3(h + 9, b.v);
+    psurf__copy3(h + 12, a.t1);
+    psurf__copy3(h + 15, a.f);
+    psurf__copy3(h + 18, b.f);
+    psurf__copy3(h + 21, b.t0);
+    psurf__copy3(h + 24, o.t0);
+    psurf__put4(h + 27, psurf__add4(pole, h12));
+    psurf__put4(h + 30, psurf__add4(pole, h22));
+    psurf__copy3(h + 33, o.t1);
+    psurf__copy3(h + 36, o.v);
 }
 
 /* What eqs. 3 and 20 need of m = 3, 4, 5: mu = 1 - c_m, k1, k2, and the weight w of the centre.
@@ -2513,165 +2701,159 @@ static const psurf__sides psurf__sides_table[6] = {
      PSURF__R(0.72360679774997896964), PSURF__R(1.0 / 3.0)}
 };
 
-/* b211 and b121 of the sector on the edge from corner a to corner b: eq. 20, written so that
-   coefficients which sum to 0 meet differences. */
-static void psurf__pm_first_row(const psurf__corner_data *a, const psurf__corner_data *b,
-                                psurf_real mu, psurf__v3 *b211, psurf__v3 *b121)
+/* A corner of a facet of sectors: v from an origin near by and differences of what is read there,
+   so that all that follows keeps its digits. */
+typedef struct psurf__pm_corner {
+    psurf__v4 v, t0, t1, f;             /* the others from v */
+    psurf__v4 across0, across1;         /* f from fr and fl */
+    psurf_real chi, s;                  /* (1 + c_n)/(4 mu), s_n */
+} psurf__pm_corner;
+
+/* Where a ring ends, the face point across is that of the facet, reflected. */
+static PSURF__INLINE void psurf__pm_reflect(const psurf__corner_data *at, psurf__pm_corner *c)
 {
-    const psurf_real tau = 3 / (8 * mu * (a->s + b->s)), near_a = a->chi / (4 * mu);
-    const psurf_real near_b = b->chi / (4 * mu);
-    const psurf_real far_a = (2 * mu - b->chi) / (8 * mu), far_b = (2 * mu - a->chi) / (8 * mu);
-    psurf__v3 da = psurf__sub(a->t0, a->v), db = psurf__sub(b->t1, b->v);
-    psurf__v3 along = psurf__sub(b->t1, a->t0);
-    *b211 = psurf__add(psurf__mad(a->v, PSURF__R(0.75) + far_a, da),
-                       psurf__mix(near_a, along, tau, psurf__sub(a->f, a->fr)));
-    *b121 = psurf__add(psurf__mad(b->v, PSURF__R(0.75) + far_b, db),
-                       psurf__mix(-near_b, along, tau, psurf__sub(b->f, b->fl)));
+    const uint32_t last = at->ring->first_spoke + psurf__valence(at->ring) - 1;
+    if (at->spoke == at->ring->first_spoke)
+        c->across0 = psurf__mul4(psurf__sub4(c->f, c->t0), 2);
+    if (at->after == last) c->across1 = psurf__mul4(psurf__sub4(c->f, c->t1), 2);
 }
 
-/* b004: eq. 20. */
-static psurf__v3 psurf__pm_centre(const psurf__corner_data *c, uint32_t m)
+static PSURF__INLINE psurf__pm_corner psurf__pm_read(const psurf__vertex_data *data,
+                                                     const psurf__corner_data *at, psurf__v4 origin,
+                                                     psurf_real mu)
 {
-    const psurf_real w = psurf__sides_table[m].w, scale = 1 / (PSURF__R(m) * (7 * w + 9));
-    psurf__v3 sum = psurf__zero();
-    uint32_t i;
-    for (i = 0; i < m; i++) {
-        psurf__v3 outer = psurf__mad(c[i].v, 3, psurf__add(c[i].t0, c[i].t1));
-        sum = psurf__add(sum, psurf__mix(w, outer, 9, c[i].f));
-    }
-    return psurf__mul(sum, scale);
+    const psurf_trig row = data->trig[at->ring->trig + 2];
+    const psurf__v4 v = psurf__get4(at->v), f = psurf__get4(at->f);
+    psurf__pm_corner c;
+    c.v = psurf__sub4(v, origin);
+    c.t0 = psurf__sub4(psurf__get4_over(at->t0), v);
+    c.t1 = psurf__sub4(psurf__get4_over(at->t1), v);
+    c.f = psurf__sub4(f, v);
+    c.across0 = psurf__sub4(f, psurf__get4(at->fr));
+    c.across1 = psurf__sub4(f, psurf__get4(at->fl));
+    if (at->ring->valence & PSURF_RING_OPEN) psurf__pm_reflect(at, &c);
+    c.chi = (1 + row.c) * (PSURF__R(0.25) / mu);
+    c.s = row.s;
+    return c;
+}
+
+/* b211 and b121 of the sector on the edge from corner a to corner b: eq. 20 in differences, with
+   3/4 + (2 mu - chi)/(8 mu) = 1 - chi/(8 mu). along: from the tangent point of a to that of b. */
+static PSURF__INLINE void psurf__pm_first_row(const psurf__pm_corner *a, const psurf__pm_corner *b,
+                                              psurf__v4 along, psurf_real mu, psurf__v4 *b211,
+                                              psurf__v4 *b121)
+{
+    const psurf_real tau = PSURF__R(0.375) / mu / (a->s + b->s), half = PSURF__R(0.5);
+    *b211 = psurf__add4(psurf__mad4(a->v, 1 - half * b->chi, a->t0),
+                        psurf__mix4(a->chi, along, tau, a->across0));
+    *b121 = psurf__add4(psurf__mad4(b->v, 1 - half * a->chi, b->t1),
+                        psurf__mix4(-b->chi, along, tau, b->across1));
 }
 
 /* The points of a sector that are stored, as places in a patch. */
 enum { PSURF__V, PSURF__T0, PSURF__T1, PSURF__B211, PSURF__B121, PSURF__B112, PSURF__SECTOR };
 
-static psurf__v3 psurf__pm_point(const psurf_real *points, uint32_t sector, uint32_t which)
-{
-    return psurf__get(points + 3 * (PSURF__SECTOR * sector + which));
-}
-
 static uint32_t psurf__following(uint32_t i, uint32_t m) { return i + 1 == m ? 0 : i + 1; }
 static uint32_t psurf__preceding(uint32_t i, uint32_t m) { return i == 0 ? m - 1 : i - 1; }
 
-/* The first count points of b301, b202, b103 on the line from corner i to the centre: eq. 3. */
-static void psurf__pm_inner_line(const psurf_real *points, uint32_t m, uint32_t i, uint32_t count,
-                                 psurf__v3 line[3])
+/* b004 from an origin: eq. 20. */
+static PSURF__INLINE psurf__v4 psurf__pm_centre(const psurf__pm_corner *c, uint32_t m)
 {
-    const psurf__sides *sides = &psurf__sides_table[m];
-    const uint32_t h = psurf__preceding(i, m);
-    psurf__v3 v = psurf__pm_point(points, i, PSURF__V);
-    psurf__v3 spokes = psurf__add(psurf__pm_point(points, i, PSURF__T0),
-                                  psurf__pm_point(points, h, PSURF__T1));
-    psurf__v3 b310 = psurf__mix(PSURF__R(0.5), v, PSURF__R(0.75), spokes);  /* + b130 of sector h */
-    line[0] = psurf__mix(sides->k1, v, sides->k2, b310);
-    line[1] = psurf__mix(sides->k1, line[0], sides->k2,
-                         psurf__add(psurf__pm_point(points, i, PSURF__B211),
-                                    psurf__pm_point(points, h, PSURF__B121)));
-    if (count < 3) return;
-    line[2] = psurf__mix(sides->k1, line[1], sides->k2,
-                         psurf__add(psurf__pm_point(points, i, PSURF__B112),
-                                    psurf__pm_point(points, h, PSURF__B112)));
-}
-
-/* b112 of sector i for m = 3 and 5, from b004 and the b202 of all lines: eqs. 21, 22. */
-static psurf__v3 psurf__pm_b112_odd(psurf__v3 centre, const psurf__v3 *b202, uint32_t m, uint32_t i)
-{
-    psurf__v3 near_edge, beside, opposite;
-    if (m == 3) return psurf__mix(PSURF__R(1.5), centre, PSURF__R(-0.5), b202[(i + 2) % 3]);
-    opposite = b202[(i + 3) % 5];
-    near_edge = psurf__add(b202[i], b202[(i + 1) % 5]);
-    beside = psurf__add(b202[(i + 2) % 5], b202[(i + 4) % 5]);
-    return psurf__add(psurf__mix(PSURF__R(0.69098300562505257590), centre,
-                                 PSURF__R(0.13819660112501051518), opposite),
-                      psurf__mix(PSURF__R(0.44721359549995793928), near_edge,
-                                 PSURF__R(-0.36180339887498948482), beside));
-}
-
-/* b112 of sector i for m = 4: eq. 21. */
-static psurf__v3 psurf__pm_b112_even(psurf__v3 centre, const psurf_real *points, uint32_t i)
-{
-    const uint32_t j = (i + 1) & 3, k = (i + 2) & 3, l = (i + 3) & 3;
-    psurf__v3 own = psurf__add(psurf__pm_point(points, i, PSURF__B211),
-                               psurf__pm_point(points, i, PSURF__B121));
-    psurf__v3 next_to = psurf__add(psurf__pm_point(points, j, PSURF__B121),
-                                   psurf__pm_point(points, l, PSURF__B211));
-    psurf__v3 beyond = psurf__add(psurf__pm_point(points, j, PSURF__B211),
-                                  psurf__pm_point(points, l, PSURF__B121));
-    psurf__v3 opposite = psurf__add(psurf__pm_point(points, k, PSURF__B211),
-                                    psurf__pm_point(points, k, PSURF__B121));
-    return psurf__add(centre, psurf__mix(PSURF__R(3.0 / 16.0), psurf__sub(own, next_to),
-                                         PSURF__R(1.0 / 16.0), psurf__sub(beyond, opposite)));
-}
-
-/* Takes an origin near by off all that a facet reads at a corner. */
-static void psurf__move_corner(psurf__corner_data *c, psurf__v3 origin)
-{
-    c->v = psurf__sub(c->v, origin);
-    c->t0 = psurf__sub(c->t0, origin);
-    c->t1 = psurf__sub(c->t1, origin);
-    c->f = psurf__sub(c->f, origin);
-    c->fr = psurf__sub(c->fr, origin);
-    c->fl = psurf__sub(c->fl, origin);
-}
-
-/* P3, P4, P5: m sectors of degree 4 round a centre. The patch itself may be write-only memory:
-   what is read back comes from a copy on the stack. */
-static void psurf__pm_sectors(psurf__corner_data *c, uint32_t m, psurf_real *out)
-{
-    psurf_real points[3 * (PSURF__SECTOR * 5 + 1)];
-    const psurf__v3 origin = c[0].v;
-    psurf__v3 centre, line[3], b202[5];
-    uint32_t i, k;
+    const psurf_real w = psurf__sides_table[m].w;
+    psurf__v4 sum = psurf__zero4(), inner = psurf__zero4();
+    uint32_t i;
+    PSURF__UNROLL
     for (i = 0; i < m; i++) {
-        psurf_real *sector = out + 3 * PSURF__SECTOR * i;
-        psurf__put(sector + 3 * PSURF__V, c[i].v);
-        psurf__put(sector + 3 * PSURF__T0, c[i].t0);
-        psurf__put(sector + 3 * PSURF__T1, c[psurf__following(i, m)].t1);
+        psurf__v4 tangents = psurf__add4(c[i].t0, c[i].t1);
+        sum = psurf__add4(sum, c[i].v);
+        inner = psurf__add4(inner, psurf__mix4(3 * w, tangents, 9, c[i].f));
     }
-    for (i = 0; i < m; i++) psurf__move_corner(&c[i], origin);
+    return psurf__mix4(1 / PSURF__R(m), sum, 1 / (PSURF__R(m) * (7 * w + 9)), inner);
+}
+
+/* b202 on the line from corner i to the centre: eq. 3. */
+static PSURF__INLINE psurf__v4 psurf__pm_b202(const psurf__pm_corner *c, const psurf__sides *sides,
+                                              psurf__v4 b211, psurf__v4 b121_before)
+{
+    psurf__v4 b301 = psurf__mad4(c->v, PSURF__R(0.75) * sides->k2, psurf__add4(c->t0, c->t1));
+    return psurf__mix4(sides->k1, b301, sides->k2, psurf__add4(b211, b121_before));
+}
+
+/* b112 for m = 3 and 5: eqs. 21, 22. */
+static PSURF__INLINE void psurf__pm_b112_odd(const psurf__pm_corner *c, psurf__v4 centre,
+                                             const psurf__v4 *b211, const psurf__v4 *b121,
+                                             uint32_t m, psurf__v4 *b112)
+{
+    psurf__v4 b202[5], near_edge, beside;
+    uint32_t i;
+    PSURF__UNROLL
+    for (i = 0; i < m; i++)
+        b202[i] = psurf__pm_b202(&c[i], &psurf__sides_table[m], b211[i],
+                                 b121[psurf__preceding(i, m)]);
+    PSURF__UNROLL
+    for (i = 0; i < m; i++) {
+        if (m == 3) {
+            b112[i] = psurf__mix4(PSURF__R(1.5), centre, PSURF__R(-0.5), b202[(i + 2) % 3]);
+            continue;
+        }
+        near_edge = psurf__add4(b202[i], b202[(i + 1) % 5]);
+        beside = psurf__add4(b202[(i + 2) % 5], b202[(i + 4) % 5]);
+        b112[i] = psurf__add4(psurf__mix4(PSURF__R(0.69098300562505257590), centre,
+                                          PSURF__R(0.13819660112501051518), b202[(i + 3) % 5]),
+                              psurf__mix4(PSURF__R(0.44721359549995793928), near_edge,
+                                          PSURF__R(-0.36180339887498948482), beside));
+    }
+}
+
+/* b112 for m = 4: eq. 21, by differences of sectors that meet. */
+static PSURF__INLINE void psurf__pm_b112_even(psurf__v4 centre, const psurf__v4 *b211,
+                                              const psurf__v4 *b121, psurf__v4 *b112)
+{
+    psurf__v4 d[4];
+    uint32_t i;
+    PSURF__UNROLL
+    for (i = 0; i < 4; i++)
+        d[i] = psurf__add4(psurf__sub4(b211[i], b211[(i + 3) & 3]),
+                           psurf__sub4(b121[i], b121[(i + 1) & 3]));
+    PSURF__UNROLL
+    for (i = 0; i < 4; i++)
+        b112[i] = psurf__add4(centre, psurf__mix4(PSURF__R(3.0 / 16.0), d[i],
+                                                  PSURF__R(-1.0 / 16.0), d[(i + 2) & 3]));
+}
+
+/* P3, P4, P5: m sectors of degree 4 round a centre. */
+static PSURF__INLINE void psurf__pm_sectors(const psurf__vertex_data *data, uint32_t first,
+                                            uint32_t m, psurf_real *out)
+{
+    const psurf_real mu = psurf__sides_table[m].mu;
+    psurf__corner_data at[5];
+    psurf__pm_corner c[5];
+    psurf__v4 origin, along, b211[5], b121[5], b112[5], centre;
+    uint32_t i, j;
+    PSURF__UNROLL
+    for (i = 0; i < m; i++) at[i] = psurf__read_corner(data, first + i);
+    origin = psurf__get4(at[0].v);
+    PSURF__UNROLL
+    for (i = 0; i < m; i++) c[i] = psurf__pm_read(data, &at[i], origin, mu);
+    PSURF__UNROLL
+    for (i = 0; i < m; i++) {
+        j = psurf__following(i, m);
+        along = psurf__sub4(psurf__get4_over(at[j].t1), psurf__get4_over(at[i].t0));
+        psurf__pm_first_row(&c[i], &c[j], along, mu, &b211[i], &b121[i]);
+    }
     centre = psurf__pm_centre(c, m);
-    for (i = 0; i < m; i++) {
-        const psurf__corner_data *a = &c[i], *b = &c[psurf__following(i, m)];
-        psurf_real *sector = points + 3 * PSURF__SECTOR * i;
-        psurf__v3 b211, b121;
-        psurf__pm_first_row(a, b, psurf__sides_table[m].mu, &b211, &b121);
-        psurf__put(sector + 3 * PSURF__V, a->v);
-        psurf__put(sector + 3 * PSURF__T0, a->t0);
-        psurf__put(sector + 3 * PSURF__T1, b->t1);
-        psurf__put(sector + 3 * PSURF__B211, b211);
-        psurf__put(sector + 3 * PSURF__B121, b121);
+    if (m == 4) psurf__pm_b112_even(centre, b211, b121, b112);
+    else psurf__pm_b112_odd(c, centre, b211, b121, m, b112);
+    PSURF__UNROLL
+    for (i = 0; i < m; i++, out += 3 * PSURF__SECTOR) {
+        psurf__copy3(out + 3 * PSURF__V, at[i].v);
+        psurf__copy3(out + 3 * PSURF__T0, at[i].t0);
+        psurf__copy3(out + 3 * PSURF__T1, at[psurf__following(i, m)].t1);
+        psurf__put4(out + 3 * PSURF__B211, psurf__add4(origin, b211[i]));
+        psurf__put4(out + 3 * PSURF__B121, psurf__add4(origin, b121[i]));
+        psurf__put4(out + 3 * PSURF__B112, psurf__add4(origin, b112[i]));
     }
-    for (i = 0; i < m && m != 4; i++) {
-        psurf__pm_inner_line(points, m, i, 2, line);
-        b202[i] = line[1];
-    }
-    for (i = 0; i < m; i++)
-        psurf__put(points + 3 * (PSURF__SECTOR * i + PSURF__B112),
-                   m == 4 ? psurf__pm_b112_even(centre, points, i)
-                          : psurf__pm_b112_odd(centre, b202, m, i));
-    for (i = 0; i < m; i++)
-        for (k = PSURF__B211; k < PSURF__SECTOR; k++)
-            psurf__put(out + 3 * (PSURF__SECTOR * i + k),
-                       psurf__add(origin, psurf__pm_point(points, i, k)));
-    psurf__put(out + 3 * PSURF__SECTOR * m, psurf__add(origin, centre));
-}
-
-/* 3/2 of the blend ratio at the pole on the spoke of a polar facet's corner. */
-static psurf_real psurf__pole_ratio(const psurf__control *control, uint32_t spoke)
-{
-    return control->blends ? PSURF__R(1.5) * control->blends[spoke] : PSURF__R(1);
-}
-
-static void psurf__pm_polar_facet(const psurf_patches *p, const psurf__control *control,
-                                  const psurf__corner_data c[3], uint32_t turn, uint32_t first,
-                                  psurf_real *out)
-{
-    const psurf_topology *t = p->topology;
-    const uint32_t a = turn, b = (turn + 1) % 3, o = (turn + 2) % 3;
-    const psurf_ring *pole = &t->rings[t->corners[first + o].ring & ~PSURF_WRITER];
-    const uint32_t to_a = t->corners[first + o].spoke, to_b = psurf__next_spoke(pole, to_a);
-    psurf__pm_polar(&c[a], &c[b], &c[o], psurf__pole_ratio(control, to_a),
-                    psurf__pole_ratio(control, to_b), out);
+    psurf__put4(out, psurf__add4(origin, centre));
 }
 
 /* The corner that a facet's parameters start from: A of a polar facet, else 0. */
@@ -2680,31 +2862,36 @@ static uint32_t psurf__turn(const psurf_topology *t, uint32_t facet)
     return t->facets[facet].piece >> 16 & 3;
 }
 
-static void psurf__pm_facet(const psurf_patches *p, const psurf__control *control, psurf_kind kind,
-                            uint32_t facet, psurf_real *out)
+/* Facets first to end-1, all of one kind, into consecutive patches. In each case the number of
+   sides is a constant: the compiler works out what depends on it alone. */
+static void psurf__pm_facets(const psurf_patches *p, const psurf__control *control, psurf_kind kind,
+                             uint32_t first, uint32_t end, psurf_real *out)
 {
-    const uint32_t m = psurf__kind_sides(kind),
-                   first = psurf__facet_corner(p->topology, kind, facet);
-    psurf__corner_data c[5];
-    uint32_t i;
-    psurf__read_corner(p, first, &c[0]);                /* compilers do not know that m > 0 */
-    for (i = 1; i < m; i++) psurf__read_corner(p, first + i, &c[i]);
-    if (kind == PSURF_BICUBIC) psurf__pm_bicubic(c, out);
-    else if (kind == PSURF_POLAR)
-        psurf__pm_polar_facet(p, control, c, psurf__turn(p->topology, facet), first, out);
-    else psurf__pm_sectors(c, m, out);
+    const psurf__vertex_data data = psurf__vertex_data_of(p);
+    const uint32_t sides = psurf__kind_sides(kind), reals = 3 * psurf__kind_table[kind].points;
+    uint32_t corner = psurf__facet_corner(p->topology, kind, first), i;
+    for (i = first; i < end; i++, corner += sides, out += reals) switch (kind) {
+        case PSURF_BICUBIC: psurf__pm_bicubic(&data, corner, out); break;
+        case PSURF_POLAR:
+            psurf__pm_polar(&data, control, corner, psurf__turn(p->topology, i), out);
+            break;
+        case PSURF_P3: psurf__pm_sectors(&data, corner, 3, out); break;
+        case PSURF_P4: psurf__pm_sectors(&data, corner, 4, out); break;
+        case PSURF_P5: psurf__pm_sectors(&data, corner, 5, out); break;
+        case PSURF_KIND_COUNT: break;
+    }
 }
 
 /* ---- the table of schemes, and the passes that run them ---- */
 
 typedef struct psurf__scheme_row {
     const char *name;
-    void (*facet)(const psurf_patches *, const psurf__control *, psurf_kind, uint32_t facet,
-                  psurf_real *out);
+    void (*facets)(const psurf_patches *, const psurf__control *, psurf_kind, uint32_t first,
+                   uint32_t end, psurf_real *out);
 } psurf__scheme_row;
 
 static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
-    {"pm", psurf__pm_facet}
+    {"pm", psurf__pm_facets}
 };
 
 static psurf_real *psurf__patch_points(const psurf_patches *p, psurf_kind kind, uint32_t facet)
@@ -2778,7 +2965,7 @@ PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
 {
     const psurf_topology *t;
     psurf__control control;
-    uint32_t i, end;
+    uint32_t i, end, kind_end;
     if (!patches || !psurf__construct_desc_ok(desc) || (uint32_t)pass >= PSURF_PASS_COUNT ||
         (!patches->scratch && patches->layout.scratch_bytes)) return PSURF_BAD_DESC;
     t = patches->topology;
@@ -2789,10 +2976,11 @@ PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
     if (pass == PSURF_PASS_VERTICES)
         for (i = first; i < end; i++) psurf__vertex_pass(patches, &control, i);
     if (pass == PSURF_PASS_FACETS)
-        for (i = first; i < end; i++) {
-            psurf_kind kind = psurf__facet_kind(t, i);
-            psurf__schemes[patches->scheme].facet(patches, &control, kind, i,
-                                                  psurf__patch_points(patches, kind, i));
+        for (i = first; i < end; i = kind_end) {
+            const psurf_kind kind = psurf__facet_kind(t, i);
+            kind_end = t->kind_first[kind + 1] < end ? t->kind_first[kind + 1] : end;
+            psurf__schemes[patches->scheme].facets(patches, &control, kind, i, kind_end,
+                                                   psurf__patch_points(patches, kind, i));
         }
     return PSURF_OK;
 }
@@ -3119,7 +3307,7 @@ typedef struct psurf__cursor {
     int bent, interleaved;              /* interleaved: p.xyz n.xyz, all through p */
 } psurf__cursor;
 
-PSURF__INLINE void psurf__advance(psurf__cursor *c)
+static PSURF__INLINE void psurf__advance(psurf__cursor *c)
 {
     int i;
     for (i = 0; i < 8; i++) c->p[i] += c->p_step[i];
@@ -3290,39 +3478,39 @@ typedef struct psurf__kernels {
 
 typedef __m256 psurf__lanes;
 
-PSURF__INLINE psurf__lanes psurf__l_load(const float *p) { return _mm256_loadu_ps(p); }
-PSURF__INLINE void psurf__l_store(float *p, psurf__lanes a) { _mm256_storeu_ps(p, a); }
-PSURF__INLINE psurf__lanes psurf__l_all(float x) { return _mm256_set1_ps(x); }
-PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_load(const float *p) { return _mm256_loadu_ps(p); }
+static PSURF__INLINE void psurf__l_store(float *p, psurf__lanes a) { _mm256_storeu_ps(p, a); }
+static PSURF__INLINE psurf__lanes psurf__l_all(float x) { return _mm256_set1_ps(x); }
+static PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
 {
     return _mm256_add_ps(a, b);
 }
-PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
 {
     return _mm256_sub_ps(a, b);
 }
-PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
 {
     return _mm256_mul_ps(a, b);
 }
-PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
 {
     return _mm256_div_ps(a, b);
 }
-PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a) { return _mm256_sqrt_ps(a); }
-PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a) { return _mm256_sqrt_ps(a); }
+static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     return (unsigned)_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_GT_OQ));
 }
 
 /* Four reals of lanes i and i+4, side by side. */
-PSURF__INLINE __m256 PSURF__K(pair)(const float *low, const float *high)
+static PSURF__INLINE __m256 PSURF__K(pair)(const float *low, const float *high)
 {
     return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(low)), _mm_loadu_ps(high), 1);
 }
 
 /* Rows of four to columns, in both halves. */
-PSURF__INLINE void PSURF__K(turn)(__m256 a, __m256 b, __m256 c, __m256 d, psurf__lanes *out)
+static PSURF__INLINE void PSURF__K(turn)(__m256 a, __m256 b, __m256 c, __m256 d, psurf__lanes *out)
 {
     const __m256 ab0 = _mm256_unpacklo_ps(a, b), ab2 = _mm256_unpackhi_ps(a, b);
     const __m256 cd0 = _mm256_unpacklo_ps(c, d), cd2 = _mm256_unpackhi_ps(c, d);
@@ -3343,8 +3531,8 @@ static void psurf__l_columns(const float *const p[8], uint32_t count, psurf__lan
     }
 }
 
-PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
-                                   float *const to[8])
+static PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
+                                          float *const to[8])
 {
     const __m256 low = _mm256_unpacklo_ps(x, y), high = _mm256_unpackhi_ps(x, y);
     const __m128 low4 = _mm256_extractf128_ps(low, 1), high4 = _mm256_extractf128_ps(high, 1);
@@ -3363,13 +3551,13 @@ PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes 
 }
 
 /* The first four reals of two lanes: the halves of a. */
-PSURF__INLINE void PSURF__K(write_two)(__m256 a, float *low, float *high)
+static PSURF__INLINE void PSURF__K(write_two)(__m256 a, float *low, float *high)
 {
     _mm_storeu_ps(low, _mm256_castps256_ps128(a));
     _mm_storeu_ps(high, _mm256_extractf128_ps(a, 1));
 }
 
-PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
+static PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
 {
     const __m256d a0 = _mm256_castps_pd(_mm256_unpacklo_ps(v[0], v[1]));
     const __m256d a2 = _mm256_castps_pd(_mm256_unpackhi_ps(v[0], v[1]));
@@ -3395,7 +3583,7 @@ PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
 
 typedef struct psurf__lanes { __m128 low, high; } psurf__lanes;
 
-PSURF__INLINE psurf__lanes PSURF__K(both)(__m128 low, __m128 high)
+static PSURF__INLINE psurf__lanes PSURF__K(both)(__m128 low, __m128 high)
 {
     psurf__lanes a;
     a.low = low;
@@ -3403,47 +3591,47 @@ PSURF__INLINE psurf__lanes PSURF__K(both)(__m128 low, __m128 high)
     return a;
 }
 
-PSURF__INLINE psurf__lanes psurf__l_load(const float *p)
+static PSURF__INLINE psurf__lanes psurf__l_load(const float *p)
 {
     return PSURF__K(both)(_mm_loadu_ps(p), _mm_loadu_ps(p + 4));
 }
-PSURF__INLINE void psurf__l_store(float *p, psurf__lanes a)
+static PSURF__INLINE void psurf__l_store(float *p, psurf__lanes a)
 {
     _mm_storeu_ps(p, a.low);
     _mm_storeu_ps(p + 4, a.high);
 }
-PSURF__INLINE psurf__lanes psurf__l_all(float x)
+static PSURF__INLINE psurf__lanes psurf__l_all(float x)
 {
     return PSURF__K(both)(_mm_set1_ps(x), _mm_set1_ps(x));
 }
-PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(_mm_add_ps(a.low, b.low), _mm_add_ps(a.high, b.high));
 }
-PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(_mm_sub_ps(a.low, b.low), _mm_sub_ps(a.high, b.high));
 }
-PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(_mm_mul_ps(a.low, b.low), _mm_mul_ps(a.high, b.high));
 }
-PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(_mm_div_ps(a.low, b.low), _mm_div_ps(a.high, b.high));
 }
-PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
+static PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
 {
     return PSURF__K(both)(_mm_sqrt_ps(a.low), _mm_sqrt_ps(a.high));
 }
-PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     return (unsigned)_mm_movemask_ps(_mm_cmpgt_ps(a.low, b.low)) |
            (unsigned)_mm_movemask_ps(_mm_cmpgt_ps(a.high, b.high)) << 4;
 }
 
 /* Rows of four to columns: one half of the lanes. */
-PSURF__INLINE void PSURF__K(turn)(const float *const p[4], uint32_t k, __m128 out[4])
+static PSURF__INLINE void PSURF__K(turn)(const float *const p[4], uint32_t k, __m128 out[4])
 {
     out[0] = _mm_loadu_ps(p[0] + k);
     out[1] = _mm_loadu_ps(p[1] + k);
@@ -3464,7 +3652,7 @@ static void psurf__l_columns(const float *const p[8], uint32_t count, psurf__lan
     }
 }
 
-PSURF__INLINE void PSURF__K(write3_half)(__m128 x, __m128 y, __m128 z, float *const to[4])
+static PSURF__INLINE void PSURF__K(write3_half)(__m128 x, __m128 y, __m128 z, float *const to[4])
 {
     const __m128 low = _mm_unpacklo_ps(x, y), high = _mm_unpackhi_ps(x, y);
     _mm_storel_pi((__m64 *)(void *)to[0], low);
@@ -3477,15 +3665,15 @@ PSURF__INLINE void PSURF__K(write3_half)(__m128 x, __m128 y, __m128 z, float *co
     _mm_store_ss(to[3] + 2, _mm_shuffle_ps(z, z, 3));
 }
 
-PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
-                                   float *const to[8])
+static PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
+                                          float *const to[8])
 {
     PSURF__K(write3_half)(x.low, y.low, z.low, to);
     PSURF__K(write3_half)(x.high, y.high, z.high, to + 4);
 }
 
-PSURF__INLINE void PSURF__K(write6_half)(__m128 a, __m128 b, __m128 c, __m128 d, __m128 e,
-                                         __m128 f, float *const to[4])
+static PSURF__INLINE void PSURF__K(write6_half)(__m128 a, __m128 b, __m128 c, __m128 d, __m128 e,
+                                                __m128 f, float *const to[4])
 {
     const __m128 last = _mm_unpacklo_ps(e, f), last2 = _mm_unpackhi_ps(e, f);
     _MM_TRANSPOSE4_PS(a, b, c, d);
@@ -3499,7 +3687,7 @@ PSURF__INLINE void PSURF__K(write6_half)(__m128 a, __m128 b, __m128 c, __m128 d,
     _mm_storeh_pi((__m64 *)(void *)(to[3] + 4), last2);
 }
 
-PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
+static PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
 {
     PSURF__K(write6_half)(v[0].low, v[1].low, v[2].low, v[3].low, v[4].low, v[5].low, to);
     PSURF__K(write6_half)(v[0].high, v[1].high, v[2].high, v[3].high, v[4].high, v[5].high, to + 4);
@@ -3509,7 +3697,7 @@ PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
 
 typedef struct psurf__lanes { float32x4_t low, high; } psurf__lanes;
 
-PSURF__INLINE psurf__lanes PSURF__K(both)(float32x4_t low, float32x4_t high)
+static PSURF__INLINE psurf__lanes PSURF__K(both)(float32x4_t low, float32x4_t high)
 {
     psurf__lanes a;
     a.low = low;
@@ -3517,40 +3705,40 @@ PSURF__INLINE psurf__lanes PSURF__K(both)(float32x4_t low, float32x4_t high)
     return a;
 }
 
-PSURF__INLINE psurf__lanes psurf__l_load(const float *p)
+static PSURF__INLINE psurf__lanes psurf__l_load(const float *p)
 {
     return PSURF__K(both)(vld1q_f32(p), vld1q_f32(p + 4));
 }
-PSURF__INLINE void psurf__l_store(float *p, psurf__lanes a)
+static PSURF__INLINE void psurf__l_store(float *p, psurf__lanes a)
 {
     vst1q_f32(p, a.low);
     vst1q_f32(p + 4, a.high);
 }
-PSURF__INLINE psurf__lanes psurf__l_all(float x)
+static PSURF__INLINE psurf__lanes psurf__l_all(float x)
 {
     return PSURF__K(both)(vdupq_n_f32(x), vdupq_n_f32(x));
 }
-PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(vaddq_f32(a.low, b.low), vaddq_f32(a.high, b.high));
 }
-PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(vsubq_f32(a.low, b.low), vsubq_f32(a.high, b.high));
 }
-PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(vmulq_f32(a.low, b.low), vmulq_f32(a.high, b.high));
 }
-PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(vdivq_f32(a.low, b.low), vdivq_f32(a.high, b.high));
 }
-PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
+static PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
 {
     return PSURF__K(both)(vsqrtq_f32(a.low), vsqrtq_f32(a.high));
 }
-PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     static const uint32_t bits[4] = {1, 2, 4, 8};
     const uint32x4_t bit = vld1q_u32(bits);
@@ -3559,7 +3747,7 @@ PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 }
 
 /* Rows of four to columns: one half of the lanes. */
-PSURF__INLINE void PSURF__K(turn)(float32x4_t *a)
+static PSURF__INLINE void PSURF__K(turn)(float32x4_t *a)
 {
     const float64x2_t ab0 = vreinterpretq_f64_f32(vtrn1q_f32(a[0], a[1]));
     const float64x2_t ab1 = vreinterpretq_f64_f32(vtrn2q_f32(a[0], a[1]));
@@ -3587,8 +3775,8 @@ static void psurf__l_columns(const float *const p[8], uint32_t count, psurf__lan
     }
 }
 
-PSURF__INLINE void PSURF__K(write3_half)(float32x4_t x, float32x4_t y, float32x4_t z,
-                                         float *const to[4])
+static PSURF__INLINE void PSURF__K(write3_half)(float32x4_t x, float32x4_t y, float32x4_t z,
+                                                float *const to[4])
 {
     const float32x4_t low = vzip1q_f32(x, y), high = vzip2q_f32(x, y);
     vst1_f32(to[0], vget_low_f32(low));
@@ -3601,15 +3789,15 @@ PSURF__INLINE void PSURF__K(write3_half)(float32x4_t x, float32x4_t y, float32x4
     vst1q_lane_f32(to[3] + 2, z, 3);
 }
 
-PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
-                                   float *const to[8])
+static PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
+                                          float *const to[8])
 {
     PSURF__K(write3_half)(x.low, y.low, z.low, to);
     PSURF__K(write3_half)(x.high, y.high, z.high, to + 4);
 }
 
-PSURF__INLINE void PSURF__K(write6_half)(float32x4_t *a, float32x4_t e, float32x4_t f,
-                                         float *const to[4])
+static PSURF__INLINE void PSURF__K(write6_half)(float32x4_t *a, float32x4_t e, float32x4_t f,
+                                                float *const to[4])
 {
     const float32x4_t last = vzip1q_f32(e, f), last2 = vzip2q_f32(e, f);
     uint32_t i;
@@ -3621,7 +3809,7 @@ PSURF__INLINE void PSURF__K(write6_half)(float32x4_t *a, float32x4_t e, float32x
     vst1_f32(to[3] + 4, vget_high_f32(last2));
 }
 
-PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
+static PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
 {
     float32x4_t low[4], high[4];
     uint32_t i;
@@ -3637,7 +3825,7 @@ PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
 
 typedef struct psurf__lanes { psurf_real a[8]; } psurf__lanes;
 
-PSURF__INLINE psurf__lanes psurf__l_load(const psurf_real *p)
+static PSURF__INLINE psurf__lanes psurf__l_load(const psurf_real *p)
 {
     psurf__lanes out;
     int i;
@@ -3645,12 +3833,12 @@ PSURF__INLINE psurf__lanes psurf__l_load(const psurf_real *p)
     for (i = 1; i < 8; i++) out.a[i] = p[i];
     return out;
 }
-PSURF__INLINE void psurf__l_store(psurf_real *p, psurf__lanes a)
+static PSURF__INLINE void psurf__l_store(psurf_real *p, psurf__lanes a)
 {
     int i;
     for (i = 0; i < 8; i++) p[i] = a.a[i];
 }
-PSURF__INLINE psurf__lanes psurf__l_all(psurf_real x)
+static PSURF__INLINE psurf__lanes psurf__l_all(psurf_real x)
 {
     psurf__lanes out;
     int i;
@@ -3658,37 +3846,37 @@ PSURF__INLINE psurf__lanes psurf__l_all(psurf_real x)
     for (i = 1; i < 8; i++) out.a[i] = x;
     return out;
 }
-PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_add(psurf__lanes a, psurf__lanes b)
 {
     int i;
     for (i = 0; i < 8; i++) a.a[i] += b.a[i];
     return a;
 }
-PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_sub(psurf__lanes a, psurf__lanes b)
 {
     int i;
     for (i = 0; i < 8; i++) a.a[i] -= b.a[i];
     return a;
 }
-PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_mul(psurf__lanes a, psurf__lanes b)
 {
     int i;
     for (i = 0; i < 8; i++) a.a[i] *= b.a[i];
     return a;
 }
-PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
 {
     int i;
     for (i = 0; i < 8; i++) a.a[i] /= b.a[i];
     return a;
 }
-PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
+static PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
 {
     int i;
     for (i = 0; i < 8; i++) a.a[i] = psurf__sqrt(a.a[i]);
     return a;
 }
-PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
+static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     unsigned bits = 0;
     int i;
@@ -3703,8 +3891,8 @@ static void psurf__l_columns(const psurf_real *const p[8], uint32_t count, psurf
         for (i = 0; i < 8; i++) out[k].a[i] = p[i][k];
 }
 
-PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
-                                   psurf_real *const to[8])
+static PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
+                                          psurf_real *const to[8])
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -3714,7 +3902,7 @@ PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes 
     }
 }
 
-PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, psurf_real *const to[8])
+static PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, psurf_real *const to[8])
 {
     int i, k;
     for (i = 0; i < 8; i++)
@@ -3727,14 +3915,14 @@ PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, psurf_real *const to[8
 
 typedef struct psurf__l3 { psurf__lanes x, y, z; } psurf__l3;
 
-PSURF__INLINE psurf__l3 psurf__l3_zero(void)
+static PSURF__INLINE psurf__l3 psurf__l3_zero(void)
 {
     psurf__l3 a;
     a.x = a.y = a.z = psurf__l_all(0);
     return a;
 }
 
-PSURF__INLINE psurf__l3 psurf__l3_add(psurf__l3 a, psurf__l3 b)
+static PSURF__INLINE psurf__l3 psurf__l3_add(psurf__l3 a, psurf__l3 b)
 {
     a.x = psurf__l_add(a.x, b.x);
     a.y = psurf__l_add(a.y, b.y);
@@ -3742,7 +3930,7 @@ PSURF__INLINE psurf__l3 psurf__l3_add(psurf__l3 a, psurf__l3 b)
     return a;
 }
 
-PSURF__INLINE psurf__l3 psurf__l3_sub(psurf__l3 a, psurf__l3 b)
+static PSURF__INLINE psurf__l3 psurf__l3_sub(psurf__l3 a, psurf__l3 b)
 {
     a.x = psurf__l_sub(a.x, b.x);
     a.y = psurf__l_sub(a.y, b.y);
@@ -3750,7 +3938,7 @@ PSURF__INLINE psurf__l3 psurf__l3_sub(psurf__l3 a, psurf__l3 b)
     return a;
 }
 
-PSURF__INLINE psurf__l3 psurf__l3_mul(psurf__l3 a, psurf__lanes s)
+static PSURF__INLINE psurf__l3 psurf__l3_mul(psurf__l3 a, psurf__lanes s)
 {
     a.x = psurf__l_mul(a.x, s);
     a.y = psurf__l_mul(a.y, s);
@@ -3759,24 +3947,25 @@ PSURF__INLINE psurf__l3 psurf__l3_mul(psurf__l3 a, psurf__lanes s)
 }
 
 /* a + s b */
-PSURF__INLINE psurf__l3 psurf__l3_mad(psurf__l3 a, psurf__lanes s, psurf__l3 b)
+static PSURF__INLINE psurf__l3 psurf__l3_mad(psurf__l3 a, psurf__lanes s, psurf__l3 b)
 {
     return psurf__l3_add(a, psurf__l3_mul(b, s));
 }
 
 /* s a + t b */
-PSURF__INLINE psurf__l3 psurf__l3_mix(psurf__lanes s, psurf__l3 a, psurf__lanes t, psurf__l3 b)
+static PSURF__INLINE psurf__l3 psurf__l3_mix(psurf__lanes s, psurf__l3 a, psurf__lanes t,
+                                             psurf__l3 b)
 {
     return psurf__l3_add(psurf__l3_mul(a, s), psurf__l3_mul(b, t));
 }
 
-PSURF__INLINE psurf__lanes psurf__l3_dot(psurf__l3 a, psurf__l3 b)
+static PSURF__INLINE psurf__lanes psurf__l3_dot(psurf__l3 a, psurf__l3 b)
 {
     return psurf__l_add(psurf__l_add(psurf__l_mul(a.x, b.x), psurf__l_mul(a.y, b.y)),
                         psurf__l_mul(a.z, b.z));
 }
 
-PSURF__INLINE psurf__l3 psurf__l3_cross(psurf__l3 a, psurf__l3 b)
+static PSURF__INLINE psurf__l3 psurf__l3_cross(psurf__l3 a, psurf__l3 b)
 {
     psurf__l3 c;
     c.x = psurf__l_sub(psurf__l_mul(a.y, b.z), psurf__l_mul(a.z, b.y));
@@ -3968,7 +4157,8 @@ static void PSURF__K(triangle_basis)(const psurf__lanes *w, uint32_t n, psurf__l
 
 /* The difference of net points from place (k, l) of the next lower degree, along the edge (0) or
    towards the centre (1). */
-PSURF__INLINE psurf__l3 PSURF__K(step)(const psurf__l3 *net, uint32_t k, uint32_t l, int across)
+static PSURF__INLINE psurf__l3 PSURF__K(step)(const psurf__l3 *net, uint32_t k, uint32_t l,
+                                              int across)
 {
     const psurf__l3 *from = net + psurf__row[l] + k;
     return psurf__l3_sub(across ? net[psurf__row[l + 1] + k] : from[1], *from);
@@ -4237,14 +4427,14 @@ static void PSURF__K(open_sector)(PSURF__K(facets) *f, uint32_t m, uint32_t i)
 }
 
 /* A cubic at fixed weights, in the order of psurf__edge_point: lines end on edges. */
-PSURF__INLINE psurf__l3 PSURF__K(cubic_at)(const psurf__lanes b[4], psurf__l3 v0, psurf__l3 t0,
-                                           psurf__l3 t1, psurf__l3 v1)
+static PSURF__INLINE psurf__l3 PSURF__K(cubic_at)(const psurf__lanes b[4], psurf__l3 v0,
+                                                  psurf__l3 t0, psurf__l3 t1, psurf__l3 v1)
 {
     return psurf__l3_add(psurf__l3_mix(b[0], v0, b[3], v1), psurf__l3_mix(b[1], t0, b[2], t1));
 }
 
-PSURF__INLINE psurf__l3 PSURF__K(quadratic_at)(const psurf__lanes b[3], psurf__l3 d0, psurf__l3 d1,
-                                               psurf__l3 d2)
+static PSURF__INLINE psurf__l3 PSURF__K(quadratic_at)(const psurf__lanes b[3], psurf__l3 d0,
+                                                      psurf__l3 d1, psurf__l3 d2)
 {
     return psurf__l3_mad(psurf__l3_mix(b[0], d0, b[1], d1), b[2], d2);
 }
@@ -4397,7 +4587,8 @@ static void PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, psurf__
 }
 
 /* Sums of a curve's points at place j of a table, in the order of psurf__edge_point. */
-PSURF__INLINE psurf__l3 PSURF__K(cubic_sum)(const psurf__basis *t, uint32_t j, const psurf__l3 *p)
+static PSURF__INLINE psurf__l3 PSURF__K(cubic_sum)(const psurf__basis *t, uint32_t j,
+                                                   const psurf__l3 *p)
 {
     return psurf__l3_add(psurf__l3_mix(psurf__l_all(t->b3[0][j]), p[0],
                                        psurf__l_all(t->b3[3][j]), p[3]),
@@ -4405,16 +4596,16 @@ PSURF__INLINE psurf__l3 PSURF__K(cubic_sum)(const psurf__basis *t, uint32_t j, c
                                        psurf__l_all(t->b3[2][j]), p[2]));
 }
 
-PSURF__INLINE psurf__l3 PSURF__K(quadratic_sum)(const psurf__basis *t, uint32_t j,
-                                                const psurf__l3 *p)
+static PSURF__INLINE psurf__l3 PSURF__K(quadratic_sum)(const psurf__basis *t, uint32_t j,
+                                                       const psurf__l3 *p)
 {
     return psurf__l3_mad(psurf__l3_mix(psurf__l_all(t->b2[0][j]), p[0],
                                        psurf__l_all(t->b2[1][j]), p[1]),
                          psurf__l_all(t->b2[2][j]), p[2]);
 }
 
-PSURF__INLINE psurf__l3 PSURF__K(quartic_sum)(const psurf__basis *t, uint32_t j,
-                                              const psurf__l3 *p)
+static PSURF__INLINE psurf__l3 PSURF__K(quartic_sum)(const psurf__basis *t, uint32_t j,
+                                                     const psurf__l3 *p)
 {
     const psurf__l3 outer = psurf__l3_mix(psurf__l_all(t->b4[0][j]), p[0],
                                           psurf__l_all(t->b4[4][j]), p[4]);
@@ -4425,9 +4616,9 @@ PSURF__INLINE psurf__l3 PSURF__K(quartic_sum)(const psurf__basis *t, uint32_t j,
 
 /* Samples k0 .. k1-1 of a line to where the cursor points. tensor: p is cubic and u quadratic, else
    p quartic and u cubic; edge: p is cubic and without origin. */
-PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(line) *line,
-                                     uint32_t k0, uint32_t k1, int tensor, int edge, int normals,
-                                     psurf__cursor *c)
+static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(line) *line,
+                                            uint32_t k0, uint32_t k1, int tensor, int edge,
+                                            int normals, psurf__cursor *c)
 {
     uint32_t k;
     for (k = k0; k < k1; k++) {
@@ -5988,10 +6179,12 @@ PSURF_API int psurf_exact(void)
 
 #undef PSURF__R
 #undef PSURF__SQRT
+#undef PSURF__INLINE
+#undef PSURF__UNROLL
 #undef PSURF__CARVE
 #undef PSURF__CARVE_TABLE
 #undef PSURF__ASSERT_SIZE
-#undef PSURF__INLINE
+#undef PSURF__SANITIZED
 #undef PSURF__IS_float
 #undef PSURF__IS_double
 #undef PSURF__IS_OF
