@@ -3027,7 +3027,7 @@ enum { PSURF__MAX_SECTORS = 5, PSURF__MAX_POINTS = 31, PSURF__MAX_NET = 16 };
 typedef struct psurf__spot {
     uint32_t sector;                    /* of a Pm-patch */
     uint32_t edge;                      /* edge of the patch it lies on, or PSURF_NONE */
-    psurf_real r, s;                    /* on an edge: weights of its first and second end */
+    psurf_real x;                       /* on an edge: -1/2 at its beginning, 1/2 at its end */
     psurf_real w[4];                    /* tensor: 1-u, u, 1-v, v; sector: corner i, i+1, centre */
 } psurf__spot;
 
@@ -3040,8 +3040,7 @@ static void psurf__set_edge(psurf__spot *spot, uint32_t edge, psurf_real r, psur
                             psurf_real d)
 {
     spot->edge = edge;
-    spot->r = r / d;
-    spot->s = s / d;
+    spot->x = (s - r) / (2 * d);
 }
 
 static void psurf__set_weights(psurf__spot *spot, psurf_real a, psurf_real b, psurf_real c,
@@ -3265,75 +3264,85 @@ typedef struct psurf__batch {
     psurf__spot spot[8];
 } psurf__batch;
 
-/* Weights of a line of samples: r, s and the Bernstein polynomials of degree 2, 3, 4 in them. Sums
-   over r and s swapped have the same bits. */
-typedef struct psurf__weights { psurf_real r, s, b2[3], b3[4], b4[5]; } psurf__weights;
+/* What a line of a sector takes of its rows: p[i][l] = C(4,l) c^l g^(4-l-i), w the same of degree
+   3; c = (rate - n)/rate, g = n/(2 rate). */
+typedef struct psurf__weights { psurf_real p[4][4], w[3][4]; } psurf__weights;
 
-static psurf__weights psurf__weights_at(uint32_t r, uint32_t s, uint32_t d)
+static psurf__weights psurf__weights_of(uint32_t n, uint32_t rate)
 {
-    psurf__weights w;
-    psurf_real rr, ss;
-    w.r = PSURF__R(r) / PSURF__R(d);
-    w.s = PSURF__R(s) / PSURF__R(d);
-    rr = w.r * w.r;
-    ss = w.s * w.s;
-    w.b2[0] = rr;
-    w.b2[1] = 2 * (w.r * w.s);
-    w.b2[2] = ss;
-    w.b3[0] = rr * w.r;
-    w.b3[1] = 3 * (rr * w.s);
-    w.b3[2] = 3 * (ss * w.r);
-    w.b3[3] = ss * w.s;
-    w.b4[0] = rr * rr;
-    w.b4[1] = 4 * ((rr * w.r) * w.s);
-    w.b4[2] = 6 * (rr * ss);
-    w.b4[3] = 4 * ((ss * w.s) * w.r);
-    w.b4[4] = ss * ss;
-    return w;
+    const psurf_real c = PSURF__R(rate - n) / PSURF__R(rate), cc = c * c;
+    const psurf_real g = PSURF__R(n) / PSURF__R(2 * rate), gg = g * g;
+    psurf__weights at;
+    at.p[0][0] = gg * gg;
+    at.p[0][1] = 4 * (c * (gg * g));
+    at.p[0][2] = 6 * (cc * gg);
+    at.p[0][3] = 4 * (cc * c * g);
+    at.p[1][0] = gg * g;
+    at.p[1][1] = 4 * (c * gg);
+    at.p[1][2] = 6 * (cc * g);
+    at.p[1][3] = 4 * (cc * c);
+    at.p[2][0] = gg;
+    at.p[2][1] = 4 * (c * g);
+    at.p[2][2] = 6 * cc;
+    at.p[3][0] = g;
+    at.p[3][1] = 4 * c;
+    at.w[0][0] = gg * g;
+    at.w[0][1] = 3 * (c * gg);
+    at.w[0][2] = 3 * (cc * g);
+    at.w[0][3] = cc * c;
+    at.w[1][0] = gg;
+    at.w[1][1] = 3 * (c * g);
+    at.w[1][2] = 3 * cc;
+    at.w[2][0] = g;
+    at.w[2][1] = 3 * c;
+    return at;
 }
 
-/* The same of samples first + j of n, for a chunk of j. */
-#define PSURF__CHUNK 72u                /* a multiple of 8: a line of rate 64 is one chunk */
-typedef struct psurf__basis {
-    uint32_t n, first;
-    psurf_real b2[3][PSURF__CHUNK], b3[4][PSURF__CHUNK], b4[5][PSURF__CHUNK];
-} psurf__basis;
-
-/* Where the next sample of each lane goes, and how far from it the one after; the steps grow by
-   bends where lines run across the rows of a triangle. All in reals. */
+/* Where samples go, in reals: p[i] + p_at the next one of lane i, and how far from it the one
+   after; the steps grow by bends where lines run across the rows of a triangle. */
 typedef struct psurf__cursor {
     psurf_real *p[8], *n[8];
-    ptrdiff_t p_step[8], n_step[8], p_bend[8], n_bend[8];
-    int bent, interleaved;              /* interleaved: p.xyz n.xyz, all through p */
+    ptrdiff_t p_at, n_at, p_step, n_step, p_bend, n_bend;
+    int interleaved;                    /* p.xyz n.xyz, all through p */
 } psurf__cursor;
 
 static PSURF__INLINE void psurf__advance(psurf__cursor *c)
 {
-    int i;
-    for (i = 0; i < 8; i++) c->p[i] += c->p_step[i];
-    for (i = 0; i < 8 && !c->interleaved; i++) c->n[i] += c->n_step[i];
-    for (i = 0; i < 8 && c->bent; i++) {
-        c->p_step[i] += c->p_bend[i];
-        c->n_step[i] += c->n_bend[i];
-    }
+    c->p_at += c->p_step;
+    c->n_at += c->n_step;
+    c->p_step += c->p_bend;
+    c->n_step += c->n_bend;
 }
 
-/* Samples with places of their own, to which no cursor moves. */
+/* A cursor that stays where it is, for samples with places of their own. */
+static void psurf__hold_cursor(psurf__cursor *c, psurf_real (*at)[6], int normals)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        c->p[i] = at[i];
+        c->n[i] = at[i] + 3;
+    }
+    c->p_at = c->n_at = c->p_step = c->n_step = c->p_bend = c->n_bend = 0;
+    c->interleaved = normals;
+}
+
+/* Which samples have places of their own, to which no cursor moves. */
 typedef enum psurf__apart {
     PSURF__NONE_APART, PSURF__BORDER_APART, PSURF__ALL_APART
 } psurf__apart;
 
-/* Up to eight facets of one kind, of which the same samples are wanted, and where they go. */
+/* Up to eight facets of one kind and turn, of which the same samples are wanted, and where they
+   go. */
 typedef struct psurf__run psurf__run;
 typedef struct psurf__group {
     psurf_kind kind;
     uint32_t count, rate;               /* facets from count on repeat the first */
-    uint32_t facet[8], turn[8];
+    uint32_t turn;
     const psurf_real *points[8];
     int normals;                        /* or positions alone */
     int border_only;                    /* samples on the facets' edges alone */
     psurf__apart apart;
-    void (*aim)(const psurf__run *run, uint32_t k, psurf__cursor *cursor);
+    void (*aim)(const psurf__run *run, uint32_t k, int way, psurf__cursor *cursor);
     void (*put)(const psurf__run *run, uint32_t lane, uint32_t k, const psurf_real *sample);
     void *to;
 } psurf__group;
@@ -3341,8 +3350,9 @@ typedef struct psurf__group {
 /* A line of samples in work: see chapter 7, lattices. */
 struct psurf__run {
     const psurf__group *group;
-    psurf__basis *basis;
     uint32_t sector, d, n;
+    uint32_t begin, end;                /* samples begin <= k < end are wanted */
+    psurf_real span;                    /* sample k lies (2k - n)/span from the middle */
     int tensor, edge;                   /* of tensor kinds; on an edge of the facets */
 };
 
@@ -3371,13 +3381,13 @@ static psurf__point psurf__triangle_point(const psurf__run *r, uint32_t first, u
     return at;
 }
 
-static psurf__point psurf__line_point(const psurf__run *r, uint32_t lane, uint32_t k)
+static psurf__point psurf__line_point(const psurf__run *r, uint32_t k)
 {
     static const signed char way[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
     const psurf__group *g = r->group;
     const uint32_t far = g->rate - r->d, i = r->sector, at_k = r->d + k;
     psurf__point at;
-    if (g->kind == PSURF_POLAR) return psurf__triangle_point(r, g->turn[lane], k, 0);
+    if (g->kind == PSURF_POLAR) return psurf__triangle_point(r, g->turn, k, 0);
     if (g->kind == PSURF_P3) return psurf__triangle_point(r, i, k, r->d);
     at.x = k;
     at.y = r->d;
@@ -3393,6 +3403,7 @@ static psurf__point psurf__line_point(const psurf__run *r, uint32_t lane, uint32
 
 /* Of normals, in squares of sines and of lengths: du and dv count as parallel, or need scaling. */
 #define PSURF__PARALLEL (sizeof(psurf_real) == 4 ? PSURF__R(4e-6) : PSURF__R(8e-15))
+#define PSURF__EIGHTH PSURF__R(0.125)
 #define PSURF__SHORT PSURF__R(1e-20)
 #define PSURF__LONG PSURF__R(1e20)
 
@@ -3407,7 +3418,7 @@ typedef struct psurf__kernels {
     const char *name;
     unsigned (*jets)(const psurf__batch *batch, int second, psurf__jet jets[8]);
     void (*hull)(const psurf__batch *batch, psurf_real low[3][8], psurf_real high[3][8]);
-    void (*lattice)(const psurf__group *group, psurf__basis *basis);
+    void (*lattice)(const psurf__group *group);
 } psurf__kernels;
 
 /* >>7 KERNELS =================================================================================
@@ -3458,9 +3469,10 @@ typedef struct psurf__kernels {
 #define psurf__l_mul PSURF__K(l_mul)
 #define psurf__l_div PSURF__K(l_div)
 #define psurf__l_sqrt PSURF__K(l_sqrt)
+#define psurf__l_max PSURF__K(l_max)            /* a > b ? a : b */
 #define psurf__l_greater PSURF__K(l_greater)    /* bit i: a > b in lane i */
 #define psurf__l_columns PSURF__K(l_columns)    /* lane i of out[k] = p[i][k], k < count >= 8 */
-#define psurf__l_write3 PSURF__K(l_write3)      /* lane i of x, y, z to to[i][0..2] */
+#define psurf__l_write3 PSURF__K(l_write3)      /* lane i of x, y, z to to[i] + at */
 #define psurf__l_write6 PSURF__K(l_write6)      /* the same of six */
 #define psurf__l3 PSURF__K(l3)
 #define psurf__l3_add PSURF__K(l3_add)
@@ -3498,6 +3510,10 @@ static PSURF__INLINE psurf__lanes psurf__l_div(psurf__lanes a, psurf__lanes b)
     return _mm256_div_ps(a, b);
 }
 static PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a) { return _mm256_sqrt_ps(a); }
+static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
+{
+    return _mm256_max_ps(a, b);
+}
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     return (unsigned)_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_GT_OQ));
@@ -3532,22 +3548,22 @@ static void psurf__l_columns(const float *const p[8], uint32_t count, psurf__lan
 }
 
 static PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
-                                          float *const to[8])
+                                          float *const to[8], ptrdiff_t at)
 {
     const __m256 low = _mm256_unpacklo_ps(x, y), high = _mm256_unpackhi_ps(x, y);
     const __m128 low4 = _mm256_extractf128_ps(low, 1), high4 = _mm256_extractf128_ps(high, 1);
     float third[8];
     int i;
     _mm256_storeu_ps(third, z);
-    _mm_storel_pi((__m64 *)(void *)to[0], _mm256_castps256_ps128(low));
-    _mm_storeh_pi((__m64 *)(void *)to[1], _mm256_castps256_ps128(low));
-    _mm_storel_pi((__m64 *)(void *)to[2], _mm256_castps256_ps128(high));
-    _mm_storeh_pi((__m64 *)(void *)to[3], _mm256_castps256_ps128(high));
-    _mm_storel_pi((__m64 *)(void *)to[4], low4);
-    _mm_storeh_pi((__m64 *)(void *)to[5], low4);
-    _mm_storel_pi((__m64 *)(void *)to[6], high4);
-    _mm_storeh_pi((__m64 *)(void *)to[7], high4);
-    for (i = 0; i < 8; i++) to[i][2] = third[i];
+    _mm_storel_pi((__m64 *)(void *)(to[0] + at), _mm256_castps256_ps128(low));
+    _mm_storeh_pi((__m64 *)(void *)(to[1] + at), _mm256_castps256_ps128(low));
+    _mm_storel_pi((__m64 *)(void *)(to[2] + at), _mm256_castps256_ps128(high));
+    _mm_storeh_pi((__m64 *)(void *)(to[3] + at), _mm256_castps256_ps128(high));
+    _mm_storel_pi((__m64 *)(void *)(to[4] + at), low4);
+    _mm_storeh_pi((__m64 *)(void *)(to[5] + at), low4);
+    _mm_storel_pi((__m64 *)(void *)(to[6] + at), high4);
+    _mm_storeh_pi((__m64 *)(void *)(to[7] + at), high4);
+    for (i = 0; i < 8; i++) to[i][at + 2] = third[i];
 }
 
 /* The first four reals of two lanes: the halves of a. */
@@ -3557,26 +3573,28 @@ static PSURF__INLINE void PSURF__K(write_two)(__m256 a, float *low, float *high)
     _mm_storeu_ps(high, _mm256_extractf128_ps(a, 1));
 }
 
-static PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
+static PSURF__INLINE void psurf__l_write6(psurf__lanes a, psurf__lanes b, psurf__lanes c,
+                                          psurf__lanes d, psurf__lanes e, psurf__lanes f,
+                                          float *const to[8], ptrdiff_t at)
 {
-    const __m256d a0 = _mm256_castps_pd(_mm256_unpacklo_ps(v[0], v[1]));
-    const __m256d a2 = _mm256_castps_pd(_mm256_unpackhi_ps(v[0], v[1]));
-    const __m256d b0 = _mm256_castps_pd(_mm256_unpacklo_ps(v[2], v[3]));
-    const __m256d b2 = _mm256_castps_pd(_mm256_unpackhi_ps(v[2], v[3]));
-    const __m256 c0 = _mm256_unpacklo_ps(v[4], v[5]), c2 = _mm256_unpackhi_ps(v[4], v[5]);
-    const __m128 c4 = _mm256_extractf128_ps(c0, 1), c6 = _mm256_extractf128_ps(c2, 1);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpacklo_pd(a0, b0)), to[0], to[4]);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpackhi_pd(a0, b0)), to[1], to[5]);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpacklo_pd(a2, b2)), to[2], to[6]);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpackhi_pd(a2, b2)), to[3], to[7]);
-    _mm_storel_pi((__m64 *)(void *)(to[0] + 4), _mm256_castps256_ps128(c0));
-    _mm_storeh_pi((__m64 *)(void *)(to[1] + 4), _mm256_castps256_ps128(c0));
-    _mm_storel_pi((__m64 *)(void *)(to[2] + 4), _mm256_castps256_ps128(c2));
-    _mm_storeh_pi((__m64 *)(void *)(to[3] + 4), _mm256_castps256_ps128(c2));
-    _mm_storel_pi((__m64 *)(void *)(to[4] + 4), c4);
-    _mm_storeh_pi((__m64 *)(void *)(to[5] + 4), c4);
-    _mm_storel_pi((__m64 *)(void *)(to[6] + 4), c6);
-    _mm_storeh_pi((__m64 *)(void *)(to[7] + 4), c6);
+    const __m256d ab0 = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
+    const __m256d ab2 = _mm256_castps_pd(_mm256_unpackhi_ps(a, b));
+    const __m256d cd0 = _mm256_castps_pd(_mm256_unpacklo_ps(c, d));
+    const __m256d cd2 = _mm256_castps_pd(_mm256_unpackhi_ps(c, d));
+    const __m256 ef0 = _mm256_unpacklo_ps(e, f), ef2 = _mm256_unpackhi_ps(e, f);
+    const __m128 ef4 = _mm256_extractf128_ps(ef0, 1), ef6 = _mm256_extractf128_ps(ef2, 1);
+    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpacklo_pd(ab0, cd0)), to[0] + at, to[4] + at);
+    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpackhi_pd(ab0, cd0)), to[1] + at, to[5] + at);
+    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpacklo_pd(ab2, cd2)), to[2] + at, to[6] + at);
+    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpackhi_pd(ab2, cd2)), to[3] + at, to[7] + at);
+    _mm_storel_pi((__m64 *)(void *)(to[0] + at + 4), _mm256_castps256_ps128(ef0));
+    _mm_storeh_pi((__m64 *)(void *)(to[1] + at + 4), _mm256_castps256_ps128(ef0));
+    _mm_storel_pi((__m64 *)(void *)(to[2] + at + 4), _mm256_castps256_ps128(ef2));
+    _mm_storeh_pi((__m64 *)(void *)(to[3] + at + 4), _mm256_castps256_ps128(ef2));
+    _mm_storel_pi((__m64 *)(void *)(to[4] + at + 4), ef4);
+    _mm_storeh_pi((__m64 *)(void *)(to[5] + at + 4), ef4);
+    _mm_storel_pi((__m64 *)(void *)(to[6] + at + 4), ef6);
+    _mm_storeh_pi((__m64 *)(void *)(to[7] + at + 4), ef6);
 }
 
 #elif defined(PSURF__SET_SSE2)
@@ -3624,6 +3642,10 @@ static PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
 {
     return PSURF__K(both)(_mm_sqrt_ps(a.low), _mm_sqrt_ps(a.high));
 }
+static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
+{
+    return PSURF__K(both)(_mm_max_ps(a.low, b.low), _mm_max_ps(a.high, b.high));
+}
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     return (unsigned)_mm_movemask_ps(_mm_cmpgt_ps(a.low, b.low)) |
@@ -3652,45 +3674,48 @@ static void psurf__l_columns(const float *const p[8], uint32_t count, psurf__lan
     }
 }
 
-static PSURF__INLINE void PSURF__K(write3_half)(__m128 x, __m128 y, __m128 z, float *const to[4])
+static PSURF__INLINE void PSURF__K(write3_half)(__m128 x, __m128 y, __m128 z, float *const to[4],
+                                                ptrdiff_t at)
 {
     const __m128 low = _mm_unpacklo_ps(x, y), high = _mm_unpackhi_ps(x, y);
-    _mm_storel_pi((__m64 *)(void *)to[0], low);
-    _mm_storeh_pi((__m64 *)(void *)to[1], low);
-    _mm_storel_pi((__m64 *)(void *)to[2], high);
-    _mm_storeh_pi((__m64 *)(void *)to[3], high);
-    _mm_store_ss(to[0] + 2, z);
-    _mm_store_ss(to[1] + 2, _mm_shuffle_ps(z, z, 1));
-    _mm_store_ss(to[2] + 2, _mm_shuffle_ps(z, z, 2));
-    _mm_store_ss(to[3] + 2, _mm_shuffle_ps(z, z, 3));
+    _mm_storel_pi((__m64 *)(void *)(to[0] + at), low);
+    _mm_storeh_pi((__m64 *)(void *)(to[1] + at), low);
+    _mm_storel_pi((__m64 *)(void *)(to[2] + at), high);
+    _mm_storeh_pi((__m64 *)(void *)(to[3] + at), high);
+    _mm_store_ss(to[0] + at + 2, z);
+    _mm_store_ss(to[1] + at + 2, _mm_shuffle_ps(z, z, 1));
+    _mm_store_ss(to[2] + at + 2, _mm_shuffle_ps(z, z, 2));
+    _mm_store_ss(to[3] + at + 2, _mm_shuffle_ps(z, z, 3));
 }
 
 static PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
-                                          float *const to[8])
+                                          float *const to[8], ptrdiff_t at)
 {
-    PSURF__K(write3_half)(x.low, y.low, z.low, to);
-    PSURF__K(write3_half)(x.high, y.high, z.high, to + 4);
+    PSURF__K(write3_half)(x.low, y.low, z.low, to, at);
+    PSURF__K(write3_half)(x.high, y.high, z.high, to + 4, at);
 }
 
 static PSURF__INLINE void PSURF__K(write6_half)(__m128 a, __m128 b, __m128 c, __m128 d, __m128 e,
-                                                __m128 f, float *const to[4])
+                                                __m128 f, float *const to[4], ptrdiff_t at)
 {
     const __m128 last = _mm_unpacklo_ps(e, f), last2 = _mm_unpackhi_ps(e, f);
     _MM_TRANSPOSE4_PS(a, b, c, d);
-    _mm_storeu_ps(to[0], a);
-    _mm_storeu_ps(to[1], b);
-    _mm_storeu_ps(to[2], c);
-    _mm_storeu_ps(to[3], d);
-    _mm_storel_pi((__m64 *)(void *)(to[0] + 4), last);
-    _mm_storeh_pi((__m64 *)(void *)(to[1] + 4), last);
-    _mm_storel_pi((__m64 *)(void *)(to[2] + 4), last2);
-    _mm_storeh_pi((__m64 *)(void *)(to[3] + 4), last2);
+    _mm_storeu_ps(to[0] + at, a);
+    _mm_storeu_ps(to[1] + at, b);
+    _mm_storeu_ps(to[2] + at, c);
+    _mm_storeu_ps(to[3] + at, d);
+    _mm_storel_pi((__m64 *)(void *)(to[0] + at + 4), last);
+    _mm_storeh_pi((__m64 *)(void *)(to[1] + at + 4), last);
+    _mm_storel_pi((__m64 *)(void *)(to[2] + at + 4), last2);
+    _mm_storeh_pi((__m64 *)(void *)(to[3] + at + 4), last2);
 }
 
-static PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
+static PSURF__INLINE void psurf__l_write6(psurf__lanes a, psurf__lanes b, psurf__lanes c,
+                                          psurf__lanes d, psurf__lanes e, psurf__lanes f,
+                                          float *const to[8], ptrdiff_t at)
 {
-    PSURF__K(write6_half)(v[0].low, v[1].low, v[2].low, v[3].low, v[4].low, v[5].low, to);
-    PSURF__K(write6_half)(v[0].high, v[1].high, v[2].high, v[3].high, v[4].high, v[5].high, to + 4);
+    PSURF__K(write6_half)(a.low, b.low, c.low, d.low, e.low, f.low, to, at);
+    PSURF__K(write6_half)(a.high, b.high, c.high, d.high, e.high, f.high, to + 4, at);
 }
 
 #elif defined(PSURF__SET_NEON)
@@ -3738,6 +3763,11 @@ static PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
 {
     return PSURF__K(both)(vsqrtq_f32(a.low), vsqrtq_f32(a.high));
 }
+static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
+{
+    return PSURF__K(both)(vbslq_f32(vcgtq_f32(a.low, b.low), a.low, b.low),
+                          vbslq_f32(vcgtq_f32(a.high, b.high), a.high, b.high));
+}
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     static const uint32_t bits[4] = {1, 2, 4, 8};
@@ -3776,49 +3806,48 @@ static void psurf__l_columns(const float *const p[8], uint32_t count, psurf__lan
 }
 
 static PSURF__INLINE void PSURF__K(write3_half)(float32x4_t x, float32x4_t y, float32x4_t z,
-                                                float *const to[4])
+                                                float *const to[4], ptrdiff_t at)
 {
     const float32x4_t low = vzip1q_f32(x, y), high = vzip2q_f32(x, y);
-    vst1_f32(to[0], vget_low_f32(low));
-    vst1_f32(to[1], vget_high_f32(low));
-    vst1_f32(to[2], vget_low_f32(high));
-    vst1_f32(to[3], vget_high_f32(high));
-    vst1q_lane_f32(to[0] + 2, z, 0);
-    vst1q_lane_f32(to[1] + 2, z, 1);
-    vst1q_lane_f32(to[2] + 2, z, 2);
-    vst1q_lane_f32(to[3] + 2, z, 3);
+    vst1_f32(to[0] + at, vget_low_f32(low));
+    vst1_f32(to[1] + at, vget_high_f32(low));
+    vst1_f32(to[2] + at, vget_low_f32(high));
+    vst1_f32(to[3] + at, vget_high_f32(high));
+    vst1q_lane_f32(to[0] + at + 2, z, 0);
+    vst1q_lane_f32(to[1] + at + 2, z, 1);
+    vst1q_lane_f32(to[2] + at + 2, z, 2);
+    vst1q_lane_f32(to[3] + at + 2, z, 3);
 }
 
 static PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
-                                          float *const to[8])
+                                          float *const to[8], ptrdiff_t at)
 {
-    PSURF__K(write3_half)(x.low, y.low, z.low, to);
-    PSURF__K(write3_half)(x.high, y.high, z.high, to + 4);
+    PSURF__K(write3_half)(x.low, y.low, z.low, to, at);
+    PSURF__K(write3_half)(x.high, y.high, z.high, to + 4, at);
 }
 
 static PSURF__INLINE void PSURF__K(write6_half)(float32x4_t *a, float32x4_t e, float32x4_t f,
-                                                float *const to[4])
+                                                float *const to[4], ptrdiff_t at)
 {
     const float32x4_t last = vzip1q_f32(e, f), last2 = vzip2q_f32(e, f);
     uint32_t i;
     PSURF__K(turn)(a);
-    for (i = 0; i < 4; i++) vst1q_f32(to[i], a[i]);
-    vst1_f32(to[0] + 4, vget_low_f32(last));
-    vst1_f32(to[1] + 4, vget_high_f32(last));
-    vst1_f32(to[2] + 4, vget_low_f32(last2));
-    vst1_f32(to[3] + 4, vget_high_f32(last2));
+    for (i = 0; i < 4; i++) vst1q_f32(to[i] + at, a[i]);
+    vst1_f32(to[0] + at + 4, vget_low_f32(last));
+    vst1_f32(to[1] + at + 4, vget_high_f32(last));
+    vst1_f32(to[2] + at + 4, vget_low_f32(last2));
+    vst1_f32(to[3] + at + 4, vget_high_f32(last2));
 }
 
-static PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, float *const to[8])
+static PSURF__INLINE void psurf__l_write6(psurf__lanes a, psurf__lanes b, psurf__lanes c,
+                                          psurf__lanes d, psurf__lanes e, psurf__lanes f,
+                                          float *const to[8], ptrdiff_t at)
 {
     float32x4_t low[4], high[4];
-    uint32_t i;
-    for (i = 0; i < 4; i++) {
-        low[i] = v[i].low;
-        high[i] = v[i].high;
-    }
-    PSURF__K(write6_half)(low, v[4].low, v[5].low, to);
-    PSURF__K(write6_half)(high, v[4].high, v[5].high, to + 4);
+    low[0] = a.low, low[1] = b.low, low[2] = c.low, low[3] = d.low;
+    high[0] = a.high, high[1] = b.high, high[2] = c.high, high[3] = d.high;
+    PSURF__K(write6_half)(low, e.low, f.low, to, at);
+    PSURF__K(write6_half)(high, e.high, f.high, to + 4, at);
 }
 
 #else
@@ -3876,6 +3905,12 @@ static PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a)
     for (i = 0; i < 8; i++) a.a[i] = psurf__sqrt(a.a[i]);
     return a;
 }
+static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
+{
+    int i;
+    for (i = 0; i < 8; i++) a.a[i] = a.a[i] > b.a[i] ? a.a[i] : b.a[i];
+    return a;
+}
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     unsigned bits = 0;
@@ -3892,21 +3927,22 @@ static void psurf__l_columns(const psurf_real *const p[8], uint32_t count, psurf
 }
 
 static PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
-                                          psurf_real *const to[8])
+                                          psurf_real *const to[8], ptrdiff_t at)
 {
     int i;
     for (i = 0; i < 8; i++) {
-        to[i][0] = x.a[i];
-        to[i][1] = y.a[i];
-        to[i][2] = z.a[i];
+        to[i][at + 0] = x.a[i];
+        to[i][at + 1] = y.a[i];
+        to[i][at + 2] = z.a[i];
     }
 }
 
-static PSURF__INLINE void psurf__l_write6(const psurf__lanes *v, psurf_real *const to[8])
+static PSURF__INLINE void psurf__l_write6(psurf__lanes a, psurf__lanes b, psurf__lanes c,
+                                          psurf__lanes d, psurf__lanes e, psurf__lanes f,
+                                          psurf_real *const to[8], ptrdiff_t at)
 {
-    int i, k;
-    for (i = 0; i < 8; i++)
-        for (k = 0; k < 6; k++) to[i][k] = v[k].a[i];
+    psurf__l_write3(a, b, c, to, at);
+    psurf__l_write3(d, e, f, to, at + 3);
 }
 
 #endif
@@ -4326,8 +4362,10 @@ static void PSURF__K(hull)(const psurf__batch *b, psurf_real low[3][8], psurf_re
 
    Samples are made line by line. A line d has one weight in common: d/rate towards the far side of
    a quad or the pole, (rate - n)/rate towards the centre of a Pm-patch; n is its number of steps k
-   along the edge. What depends on d alone becomes the points of three curves: p that of positions,
-   u and w those of the derivatives along and across the line, all but their lengths. */
+   along the edge. What depends on d alone becomes three polynomials in the distance from the middle
+   of the line, positive and negative alike: p that of positions, u and w those of derivatives along
+   and across. Two samples at the same distance share their even and odd parts, and an edge gives
+   the same bits from either end: reversed, the odd coefficients change their signs, no more. */
 
 typedef struct PSURF__K(line) {
     psurf__l3 p[5], u[4], w[4], origin;
@@ -4341,8 +4379,9 @@ typedef struct PSURF__K(facets) {
     psurf__l3 local[PSURF__MAX_POINTS];         /* relative to the origin */
     psurf__l3 origin;
     psurf__lanes parallel;                      /* normals whose square is not above need a look */
+    psurf__l3 edges[2][4], sides[2][4];         /* on the first and last line; where lines end */
     psurf__l3 inner[PSURF__MAX_SECTORS][3];     /* lines from the corners to the centre */
-    psurf__l3 curve[4][5], across[4][4];        /* the open sector's rows and steps between them */
+    psurf__l3 rows[5][4], steps[4][4];          /* by power along a line, then across: see below */
 } PSURF__K(facets);
 
 /* Where du and dv may be parallel: q <= eps^2 |du|^2 |dv|^2. With a bound of the lengths, told by
@@ -4350,18 +4389,154 @@ typedef struct PSURF__K(facets) {
 static void PSURF__K(find_parallel)(PSURF__K(facets) *f, uint32_t count)
 {
     const psurf_real eps = PSURF__PARALLEL, zero = 0;
-    psurf_real extent[8], far[8];
-    uint32_t i, k;
-    for (i = 0; i < 8; i++) extent[i] = 0;
-    for (k = 0; k < count; k++) {
-        psurf__l_store(far, psurf__l3_dot(f->local[k], f->local[k]));
-        for (i = 0; i < 8; i++) extent[i] = extent[i] >= far[i] ? extent[i] : far[i];
+    psurf__lanes extent = psurf__l3_dot(f->local[0], f->local[0]);
+    psurf_real far[8];
+    uint32_t i;
+    for (i = 1; i < count; i++)
+        extent = psurf__l_max(extent, psurf__l3_dot(f->local[i], f->local[i]));
+    psurf__l_store(far, extent);
+    for (i = 0; i < 8; i++) {                           /* |u| |w| <= 128 times the extent */
+        const psurf_real lengths = 16384 * (far[i] * far[i]), q = eps * eps * lengths;
+        far[i] = !(lengths < PSURF__LONG) ? 1 / zero : q > PSURF__SHORT ? q : PSURF__SHORT;
     }
-    for (i = 0; i < 8; i++) {                           /* |du| |dv| <= 16 times the extent */
-        const psurf_real lengths = 256 * (extent[i] * extent[i]), q = eps * eps * lengths;
-        extent[i] = !(lengths < PSURF__LONG) ? 1 / zero : q > PSURF__SHORT ? q : PSURF__SHORT;
+    f->parallel = psurf__l_load(far);
+}
+
+/* The Bezier points of a cubic to powers of t - 1/2. Reversed: c[1] and c[3] change their signs. */
+static PSURF__INLINE void PSURF__K(centred)(psurf__l3 p0, psurf__l3 p1, psurf__l3 p2, psurf__l3 p3,
+                                            psurf__l3 c[4])
+{
+    const psurf__l3 outer = psurf__l3_add(p0, p3), inner = psurf__l3_add(p1, p2);
+    const psurf__l3 across = psurf__l3_sub(p3, p0), middle = psurf__l3_sub(p2, p1);
+    const psurf__l3 bend = psurf__l3_add(psurf__l3_sub(p0, p1), psurf__l3_sub(p3, p2));
+    c[0] = psurf__l3_mul(psurf__l3_mad(outer, psurf__l_all(3), inner), psurf__l_all(PSURF__EIGHTH));
+    c[1] = psurf__l3_mul(psurf__l3_add(across, middle), psurf__l_all(PSURF__R(0.75)));
+    c[2] = psurf__l3_mul(bend, psurf__l_all(PSURF__R(1.5)));
+    c[3] = psurf__l3_mad(across, psurf__l_all(-3), middle);
+}
+
+/* An edge, from points as they are stored. A zero of either sign becomes +0: then none is left
+   whose sign could tell the two ends apart. */
+static void PSURF__K(edge)(psurf__l3 v0, psurf__l3 t0, psurf__l3 t1, psurf__l3 v1, psurf__l3 c[4])
+{
+    PSURF__K(centred)(v0, t0, t1, v1, c);
+    c[0] = psurf__l3_add(c[0], psurf__l3_zero());
+}
+
+/* rows[i][j]: power i along, power j across a line; steps: the derivative across. */
+static void PSURF__K(open_bicubic)(PSURF__K(facets) *f)
+{
+    const psurf__l3 *g = f->local, *a = f->points;
+    psurf__l3 along[4][4];
+    uint32_t i, j;
+    PSURF__K(edge)(a[0], a[1], a[2], a[3], f->edges[0]);
+    PSURF__K(edge)(a[12], a[13], a[14], a[15], f->edges[1]);
+    PSURF__K(edge)(a[0], a[4], a[8], a[12], f->sides[0]);
+    PSURF__K(edge)(a[3], a[7], a[11], a[15], f->sides[1]);
+    for (j = 0; j < 4; j++)
+        PSURF__K(centred)(g[4 * j], g[4 * j + 1], g[4 * j + 2], g[4 * j + 3], along[j]);
+    for (i = 0; i < 4; i++) {
+        PSURF__K(centred)(along[0][i], along[1][i], along[2][i], along[3][i], f->rows[i]);
+        f->steps[i][0] = f->rows[i][1];
+        f->steps[i][1] = psurf__l3_mul(f->rows[i][2], psurf__l_all(2));
+        f->steps[i][2] = psurf__l3_mul(f->rows[i][3], psurf__l_all(3));
     }
-    f->parallel = psurf__l_load(extent);
+}
+
+/* rows[i][j]: power i along row j of the net; steps: three times the way to the next row. The pole
+   is the origin. */
+static void PSURF__K(open_polar)(PSURF__K(facets) *f)
+{
+    const psurf__l3 *h = f->local, *a = f->points;
+    const psurf__lanes three = psurf__l_all(3);
+    psurf__l3 along[3][4];
+    uint32_t i, j;
+    PSURF__K(edge)(a[0], a[1], a[2], a[3], f->edges[0]);
+    PSURF__K(edge)(a[0], a[4], a[8], a[12], f->sides[0]);
+    PSURF__K(edge)(a[3], a[7], a[11], a[12], f->sides[1]);
+    for (j = 0; j < 3; j++)
+        PSURF__K(centred)(h[4 * j], h[4 * j + 1], h[4 * j + 2], h[4 * j + 3], along[j]);
+    for (i = 0; i < 4; i++) {
+        for (j = 0; j < 3; j++) f->rows[i][j] = along[j][i];
+        f->steps[i][0] = psurf__l3_mul(psurf__l3_sub(along[1][i], along[0][i]), three);
+        f->steps[i][1] = psurf__l3_mul(psurf__l3_sub(along[2][i], along[1][i]), three);
+        f->steps[i][2] = psurf__l3_mul(psurf__l3_sub(h[12], along[2][i]), three);
+    }
+    for (i = 1; i < 4; i++)                             /* the pole is a point: of power 0 */
+        f->steps[i][2] = psurf__l3_mul(along[2][i], psurf__l_all(-3));
+}
+
+/* Row l of a triangular net, from a form in the weights a = g - x, b = g + x to powers of x and g:
+   to[i][l] stands with x^i g^(n-l-i). Degree of the row: 4, 3, 2, 1, 0. */
+static void PSURF__K(quartic_row)(const psurf__l3 p[5], psurf__l3 to[5][4])
+{
+    const psurf__lanes two = psurf__l_all(2), four = psurf__l_all(4), six = psurf__l_all(6);
+    const psurf__l3 outer = psurf__l3_sub(p[4], p[0]), inner = psurf__l3_sub(p[3], p[1]);
+    const psurf__l3 bend = psurf__l3_add(psurf__l3_sub(p[0], p[2]), psurf__l3_sub(p[4], p[2]));
+    const psurf__l3 dent = psurf__l3_add(psurf__l3_sub(p[1], p[2]), psurf__l3_sub(p[3], p[2]));
+    to[0][0] = psurf__l3_mad(psurf__l3_add(p[0], p[4]), four, psurf__l3_add(p[1], p[3]));
+    to[0][0] = psurf__l3_mad(to[0][0], six, p[2]);
+    to[1][0] = psurf__l3_mul(psurf__l3_mad(outer, two, inner), four);
+    to[2][0] = psurf__l3_mul(bend, six);
+    to[3][0] = psurf__l3_mul(psurf__l3_mad(outer, psurf__l_all(-2), inner), four);
+    to[4][0] = psurf__l3_mad(bend, psurf__l_all(-4), dent);
+}
+
+static void PSURF__K(cubic_row)(const psurf__l3 p[4], uint32_t l, psurf__l3 (*to)[4])
+{
+    const psurf__lanes three = psurf__l_all(3);
+    const psurf__l3 outer = psurf__l3_sub(p[3], p[0]), inner = psurf__l3_sub(p[2], p[1]);
+    const psurf__l3 bend = psurf__l3_add(psurf__l3_sub(p[0], p[1]), psurf__l3_sub(p[3], p[2]));
+    to[0][l] = psurf__l3_mad(psurf__l3_add(p[0], p[3]), three, psurf__l3_add(p[1], p[2]));
+    to[1][l] = psurf__l3_mul(psurf__l3_add(outer, inner), three);
+    to[2][l] = psurf__l3_mul(bend, three);
+    to[3][l] = psurf__l3_mad(outer, psurf__l_all(-3), inner);
+}
+
+static void PSURF__K(quadratic_row)(const psurf__l3 p[3], uint32_t l, psurf__l3 (*to)[4])
+{
+    const psurf__lanes two = psurf__l_all(2);
+    to[0][l] = psurf__l3_mad(psurf__l3_add(p[0], p[2]), two, p[1]);
+    to[1][l] = psurf__l3_mul(psurf__l3_sub(p[2], p[0]), two);
+    to[2][l] = psurf__l3_add(psurf__l3_sub(p[0], p[1]), psurf__l3_sub(p[2], p[1]));
+}
+
+static void PSURF__K(linear_row)(const psurf__l3 p[2], uint32_t l, psurf__l3 (*to)[4])
+{
+    to[0][l] = psurf__l3_add(p[0], p[1]);
+    to[1][l] = psurf__l3_sub(p[1], p[0]);
+}
+
+/* The way from row to row of a sector's net, half way between the ends of each step along. */
+static psurf__l3 PSURF__K(rise)(const psurf__l3 *net, uint32_t l, uint32_t k)
+{
+    const psurf__l3 *from = net + psurf__row[l] + k, *to = net + psurf__row[l + 1] + k;
+    const psurf__l3 sum = psurf__l3_add(psurf__l3_sub(*to, from[0]), psurf__l3_sub(*to, from[1]));
+    return psurf__l3_mul(sum, psurf__l_all(PSURF__R(0.5)));
+}
+
+/* rows and steps of a sector: those of its net and of the net's derivative towards the centre. */
+static void PSURF__K(open_sector)(PSURF__K(facets) *f, uint32_t m, uint32_t i)
+{
+    const uint32_t j = psurf__following(i, m);
+    const psurf__l3 *stored = f->points + PSURF__SECTOR * i;
+    psurf__l3 net[15], step[4];
+    uint32_t k;
+    PSURF__K(edge)(stored[PSURF__V], stored[PSURF__T0], stored[PSURF__T1],
+                   f->points[PSURF__SECTOR * j], f->edges[0]);
+    PSURF__K(sector_net)(f->local + PSURF__SECTOR * i, f->local[PSURF__SECTOR * j], f->inner[i],
+                         f->inner[j], net);
+    PSURF__K(quartic_row)(net, f->rows);
+    PSURF__K(cubic_row)(net + psurf__row[1], 1, f->rows);
+    PSURF__K(quadratic_row)(net + psurf__row[2], 2, f->rows);
+    PSURF__K(linear_row)(net + psurf__row[3], 3, f->rows);
+    for (k = 0; k < 4; k++) step[k] = PSURF__K(rise)(net, 0, k);
+    PSURF__K(cubic_row)(step, 0, f->steps);
+    for (k = 0; k < 3; k++) step[k] = PSURF__K(rise)(net, 1, k);
+    PSURF__K(quadratic_row)(step, 1, f->steps);
+    for (k = 0; k < 2; k++) step[k] = PSURF__K(rise)(net, 2, k);
+    PSURF__K(linear_row)(step, 2, f->steps);
+    f->steps[0][3] = PSURF__K(rise)(net, 3, 0);
 }
 
 static void PSURF__K(open_facets)(const psurf__group *g, PSURF__K(facets) *f)
@@ -4372,376 +4547,274 @@ static void PSURF__K(open_facets)(const psurf__group *g, PSURF__K(facets) *f)
     f->origin = f->points[g->kind == PSURF_BICUBIC ? 0 : count - 1];
     for (i = 0; i < count; i++) f->local[i] = psurf__l3_sub(f->points[i], f->origin);
     PSURF__K(find_parallel)(f, count);
-    if (g->kind == PSURF_BICUBIC || g->kind == PSURF_POLAR) return;
-    for (i = 0; i < m; i++)
-        PSURF__K(inner_line)(f->local + PSURF__SECTOR * i,
-                             f->local + PSURF__SECTOR * psurf__preceding(i, m), m, f->inner[i]);
+    if (g->kind == PSURF_BICUBIC) PSURF__K(open_bicubic)(f);
+    else if (g->kind == PSURF_POLAR) PSURF__K(open_polar)(f);
+    else
+        for (i = 0; i < m; i++)
+            PSURF__K(inner_line)(f->local + PSURF__SECTOR * i,
+                                 f->local + PSURF__SECTOR * psurf__preceding(i, m), m,
+                                 f->inner[i]);
 }
 
-/* The rows of a sector's net as quartics, and the steps from row to row as cubics. */
-static void PSURF__K(open_sector)(PSURF__K(facets) *f, uint32_t m, uint32_t i)
+/* A cubic at x from the middle, as samples has it. */
+static psurf__l3 PSURF__K(cubic_at)(const psurf__l3 c[4], psurf_real x)
 {
-    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), quarter = psurf__l_all(PSURF__R(0.25));
-    const psurf__lanes most = psurf__l_all(PSURF__R(0.75)), third = psurf__l_all(PSURF__R(1.0 / 3));
-    const psurf__lanes two_thirds = psurf__l_all(PSURF__R(2.0 / 3));
-    const psurf__lanes sixth = psurf__l_all(PSURF__R(1.0 / 6));
-    const uint32_t j = psurf__following(i, m);
-    psurf__l3 net[15], step[3];
-    const psurf__l3 *row;
-    uint32_t k;
-    PSURF__K(sector_net)(f->local + PSURF__SECTOR * i, f->local[PSURF__SECTOR * j], f->inner[i],
-                         f->inner[j], net);
-    for (k = 0; k < 5; k++) f->curve[0][k] = net[k];
-    row = net + psurf__row[1];
-    f->curve[1][0] = row[0];
-    f->curve[1][1] = psurf__l3_mix(quarter, row[0], most, row[1]);
-    f->curve[1][2] = psurf__l3_mul(psurf__l3_add(row[1], row[2]), half);
-    f->curve[1][3] = psurf__l3_mix(most, row[2], quarter, row[3]);
-    f->curve[1][4] = row[3];
-    row = net + psurf__row[2];
-    f->curve[2][0] = row[0];
-    f->curve[2][1] = psurf__l3_mul(psurf__l3_add(row[0], row[1]), half);
-    f->curve[2][2] = psurf__l3_mad(psurf__l3_mul(psurf__l3_add(row[0], row[2]), sixth),
-                                   two_thirds, row[1]);
-    f->curve[2][3] = psurf__l3_mul(psurf__l3_add(row[1], row[2]), half);
-    f->curve[2][4] = row[2];
-    row = net + psurf__row[3];
-    f->curve[3][0] = row[0];
-    f->curve[3][1] = psurf__l3_mix(most, row[0], quarter, row[1]);
-    f->curve[3][2] = psurf__l3_mul(psurf__l3_add(row[0], row[1]), half);
-    f->curve[3][3] = psurf__l3_mix(quarter, row[0], most, row[1]);
-    f->curve[3][4] = row[1];
-    for (k = 0; k < 4; k++) f->across[0][k] = PSURF__K(step)(net, k, 0, 1);
-    for (k = 0; k < 3; k++) step[k] = PSURF__K(step)(net, k, 1, 1);
-    f->across[1][0] = step[0];
-    f->across[1][1] = psurf__l3_mix(third, step[0], two_thirds, step[1]);
-    f->across[1][2] = psurf__l3_mix(two_thirds, step[1], third, step[2]);
-    f->across[1][3] = step[2];
-    for (k = 0; k < 2; k++) step[k] = PSURF__K(step)(net, k, 2, 1);
-    f->across[2][0] = step[0];
-    f->across[2][1] = psurf__l3_mix(two_thirds, step[0], third, step[1]);
-    f->across[2][2] = psurf__l3_mix(third, step[0], two_thirds, step[1]);
-    f->across[2][3] = step[1];
-    f->across[3][0] = f->across[3][1] = f->across[3][2] = f->across[3][3] =
-        PSURF__K(step)(net, 0, 3, 1);
+    const psurf__lanes xx = psurf__l_all(x * x);
+    return psurf__l3_add(psurf__l3_mad(c[0], xx, c[2]),
+                         psurf__l3_mul(psurf__l3_mad(c[1], xx, c[3]), psurf__l_all(x)));
 }
 
-/* A cubic at fixed weights, in the order of psurf__edge_point: lines end on edges. */
-static PSURF__INLINE psurf__l3 PSURF__K(cubic_at)(const psurf__lanes b[4], psurf__l3 v0,
-                                                  psurf__l3 t0, psurf__l3 t1, psurf__l3 v1)
+static PSURF__INLINE psurf__l3 PSURF__K(quadratic_sum)(const psurf_real b[3], const psurf__l3 *p)
 {
-    return psurf__l3_add(psurf__l3_mix(b[0], v0, b[3], v1), psurf__l3_mix(b[1], t0, b[2], t1));
+    return psurf__l3_mad(psurf__l3_mix(psurf__l_all(b[0]), p[0], psurf__l_all(b[1]), p[1]),
+                         psurf__l_all(b[2]), p[2]);
 }
 
-static PSURF__INLINE psurf__l3 PSURF__K(quadratic_at)(const psurf__lanes b[3], psurf__l3 d0,
-                                                      psurf__l3 d1, psurf__l3 d2)
+static PSURF__INLINE psurf__l3 PSURF__K(sum)(const psurf_real *b, const psurf__l3 *p,
+                                             uint32_t count)
 {
-    return psurf__l3_mad(psurf__l3_mix(b[0], d0, b[1], d1), b[2], d2);
+    psurf__l3 sum = psurf__l3_mul(p[0], psurf__l_all(b[0]));
+    uint32_t l;
+    for (l = 1; l < count; l++) sum = psurf__l3_mad(sum, psurf__l_all(b[l]), p[l]);
+    return sum;
 }
 
-static void PSURF__K(spread)(const psurf_real *from, uint32_t count, psurf__lanes *to)
-{
-    uint32_t i;
-    for (i = 0; i < count; i++) to[i] = psurf__l_all(from[i]);
-}
-
-/* The points of a line on an edge are those of the patch as they are stored. */
-static void PSURF__K(edge_line)(psurf__l3 v0, psurf__l3 t0, psurf__l3 t1, psurf__l3 v1,
+/* A line on an edge has the edge's points. */
+static void PSURF__K(take_edge)(const psurf__l3 edge[4], psurf__l3 v0, psurf__l3 v1,
                                 PSURF__K(line) *line)
 {
-    line->p[0] = line->ends[0] = v0;
-    line->p[1] = t0;
-    line->p[2] = t1;
-    line->p[3] = line->ends[1] = v1;
+    uint32_t i;
+    for (i = 0; i < 4; i++) line->p[i] = edge[i];
+    line->ends[0] = v0;
+    line->ends[1] = v1;
 }
 
 static void PSURF__K(bicubic_line)(const PSURF__K(facets) *f, const psurf__run *r,
-                                   const psurf__weights *at, PSURF__K(line) *line)
+                                   PSURF__K(line) *line)
 {
-    const psurf__l3 *g = f->local, *a = f->points;
-    psurf__lanes b3[4], b2[3];
+    const psurf_real rate = PSURF__R(r->group->rate), x = (2 * PSURF__R(r->d) - rate) / (2 * rate);
+    const psurf__lanes at = psurf__l_all(x);
     uint32_t i;
-    PSURF__K(spread)(at->b3, 4, b3);
-    PSURF__K(spread)(at->b2, 3, b2);
     for (i = 0; i < 4; i++) {
-        line->p[i] = PSURF__K(cubic_at)(b3, g[i], g[4 + i], g[8 + i], g[12 + i]);
-        line->w[i] = PSURF__K(quadratic_at)(b2, psurf__l3_sub(g[4 + i], g[i]),
-                                            psurf__l3_sub(g[8 + i], g[4 + i]),
-                                            psurf__l3_sub(g[12 + i], g[8 + i]));
+        const psurf__l3 *a = f->rows[i], *b = f->steps[i];
+        line->p[i] = psurf__l3_mad(a[1], at, psurf__l3_mad(a[2], at, a[3]));
+        line->p[i] = psurf__l3_mad(a[0], at, line->p[i]);
+        line->w[i] = psurf__l3_mad(b[0], at, psurf__l3_mad(b[1], at, b[2]));
     }
-    for (i = 0; i < 3; i++) line->u[i] = psurf__l3_sub(line->p[i + 1], line->p[i]);
-    if (r->edge) a += r->d ? 12 : 0;
-    if (r->edge) PSURF__K(edge_line)(a[0], a[1], a[2], a[3], line);
-    else {
-        line->ends[0] = PSURF__K(cubic_at)(b3, a[0], a[4], a[8], a[12]);
-        line->ends[1] = PSURF__K(cubic_at)(b3, a[3], a[7], a[11], a[15]);
-    }
+    line->u[0] = line->p[1];
+    line->u[1] = psurf__l3_mul(line->p[2], psurf__l_all(2));
+    line->u[2] = psurf__l3_mul(line->p[3], psurf__l_all(3));
+    line->ends[0] = PSURF__K(cubic_at)(f->sides[0], x);
+    line->ends[1] = PSURF__K(cubic_at)(f->sides[1], x);
+    if (r->edge && r->d == 0)
+        PSURF__K(take_edge)(f->edges[0], f->points[0], f->points[3], line);
+    else if (r->edge)
+        PSURF__K(take_edge)(f->edges[1], f->points[12], f->points[15], line);
 }
 
-/* The pole is the origin; u is divided by 1-v, as in polar_jet. The line at the pole is its point
-   four times. */
+/* u is divided by 1-v, as in polar_jet. The line at the pole is the pole. */
 static void PSURF__K(polar_line)(const PSURF__K(facets) *f, const psurf__run *r,
-                                 const psurf__weights *at, PSURF__K(line) *line)
+                                 PSURF__K(line) *line)
 {
-    const psurf__l3 *h = f->local, *a = f->points;
-    const psurf__lanes three = psurf__l_all(3);
-    psurf__lanes b3[4], b2[3], over[3];
+    const psurf_real rate = PSURF__R(r->group->rate), v1 = PSURF__R(r->d) / rate;
+    const psurf_real v0 = (rate - PSURF__R(r->d)) / rate;
+    const psurf_real x = (2 * PSURF__R(r->d) - rate) / (2 * rate);
+    const psurf_real over[3] = {v0 * v0, 3 * (v0 * v1), 3 * (v1 * v1)};
+    const psurf_real square[3] = {v0 * v0, 2 * (v0 * v1), v1 * v1};
+    psurf__l3 p[4];
     uint32_t i;
-    PSURF__K(spread)(at->b3, 4, b3);
-    PSURF__K(spread)(at->b2, 3, b2);
-    over[0] = b2[0];
-    over[1] = psurf__l_mul(three, psurf__l_all(at->r * at->s));
-    over[2] = psurf__l_mul(three, b2[2]);
     for (i = 0; i < 4; i++) {
-        line->p[i] = PSURF__K(cubic_at)(b3, h[i], h[4 + i], h[8 + i], h[12]);
-        line->w[i] = PSURF__K(quadratic_at)(b2, psurf__l3_sub(h[4 + i], h[i]),
-                                            psurf__l3_sub(h[8 + i], h[4 + i]),
-                                            psurf__l3_sub(h[12], h[8 + i]));
+        p[i] = PSURF__K(quadratic_sum)(over, f->rows[i]);
+        line->p[i] = psurf__l3_mul(p[i], psurf__l_all(v0));
+        line->w[i] = PSURF__K(quadratic_sum)(square, f->steps[i]);
     }
-    for (i = 0; i < 3; i++)
-        line->u[i] = PSURF__K(quadratic_at)(over, psurf__l3_sub(h[i + 1], h[i]),
-                                            psurf__l3_sub(h[i + 5], h[i + 4]),
-                                            psurf__l3_sub(h[i + 9], h[i + 8]));
-    if (r->edge && r->d == 0) PSURF__K(edge_line)(a[0], a[1], a[2], a[3], line);
-    else if (r->edge) PSURF__K(edge_line)(a[12], a[12], a[12], a[12], line);
-    else {
-        line->ends[0] = PSURF__K(cubic_at)(b3, a[0], a[4], a[8], a[12]);
-        line->ends[1] = PSURF__K(cubic_at)(b3, a[3], a[7], a[11], a[12]);
-    }
+    line->u[0] = p[1];
+    line->u[1] = psurf__l3_mul(p[2], psurf__l_all(2));
+    line->u[2] = psurf__l3_mul(p[3], psurf__l_all(3));
+    line->ends[0] = PSURF__K(cubic_at)(f->sides[0], x);
+    line->ends[1] = PSURF__K(cubic_at)(f->sides[1], x);
+    if (r->edge && r->d == 0)
+        PSURF__K(take_edge)(f->edges[0], f->points[0], f->points[3], line);
+    else if (r->edge) line->ends[0] = line->ends[1] = f->points[12];
 }
 
-/* A line of the open sector; at->s is the weight of the centre. There u vanishes: it takes the
-   direction that it has near by. */
+/* A line of the open sector, from rows[i][l] by c^l g^(4-l-i): c the weight of the centre, which is
+   the origin, g half of the rest. */
 static void PSURF__K(sector_line)(const PSURF__K(facets) *f, const psurf__run *r, uint32_t m,
-                                  const psurf__weights *at, PSURF__K(line) *line)
+                                  PSURF__K(line) *line)
 {
-    const psurf__l3 *a = f->points + PSURF__SECTOR * r->sector;
-    psurf__lanes b3[4], b4[5];
-    uint32_t k;
-    PSURF__K(spread)(at->b3, 4, b3);
-    PSURF__K(spread)(at->b4, 5, b4);
-    for (k = 0; k < 5; k++)
-        line->p[k] = psurf__l3_add(psurf__l3_mix(b4[0], f->curve[0][k], b4[1], f->curve[1][k]),
-                                   psurf__l3_mix(b4[2], f->curve[2][k], b4[3], f->curve[3][k]));
-    for (k = 0; k < 4; k++) {
-        line->u[k] = psurf__l3_sub(line->p[k + 1], line->p[k]);
-        line->w[k] = PSURF__K(cubic_at)(b3, f->across[0][k], f->across[1][k], f->across[2][k],
-                                        f->across[3][k]);
-        if (r->n == 0) line->u[k] = psurf__l3_sub(f->curve[3][4], f->curve[3][0]);
-    }
+    const uint32_t next = PSURF__SECTOR * psurf__following(r->sector, m);
+    const psurf__weights at = psurf__weights_of(r->n, r->group->rate);
+    uint32_t i;
+    line->p[0] = PSURF__K(sum)(at.p[0], f->rows[0], 4);
+    line->p[1] = PSURF__K(sum)(at.p[1], f->rows[1], 4);
+    line->p[2] = PSURF__K(sum)(at.p[2], f->rows[2], 3);
+    line->p[3] = PSURF__K(sum)(at.p[3], f->rows[3], 2);
+    line->p[4] = f->rows[4][0];
+    line->w[0] = PSURF__K(sum)(at.w[0], f->steps[0], 4);
+    line->w[1] = PSURF__K(sum)(at.w[1], f->steps[1], 3);
+    line->w[2] = PSURF__K(sum)(at.w[2], f->steps[2], 2);
+    line->w[3] = f->steps[3][0];
+    line->u[0] = line->p[1];
+    for (i = 1; i < 4; i++)
+        line->u[i] = psurf__l3_mul(line->p[i + 1], psurf__l_all(PSURF__R(i + 1)));
     if (r->edge)
-        PSURF__K(edge_line)(a[PSURF__V], a[PSURF__T0], a[PSURF__T1],
-                            f->points[PSURF__SECTOR * psurf__following(r->sector, m)], line);
-}
-
-/* Weights of a chunk of samples k/n, eight at a time: r, s = (n-k)/n, k/n; at the pole, n = 0, the
-   middle. */
-static void PSURF__K(fill_basis)(psurf__basis *basis, uint32_t n, uint32_t first)
-{
-    const psurf__lanes three = psurf__l_all(3), four = psurf__l_all(4);
-    const psurf__lanes all = psurf__l_all(n ? PSURF__R(n) : 2);
-    psurf_real steps[8];
-    uint32_t k, i;
-    basis->n = n;
-    basis->first = first;
-    for (k = 0; k < PSURF__CHUNK && first + k <= n; k += 8) {
-        psurf__lanes r, s, rr, rs, ss, rrr, sss;
-        for (i = 0; i < 8; i++) steps[i] = n ? PSURF__R(first + k + i) : 1;
-        s = psurf__l_load(steps);
-        r = psurf__l_div(psurf__l_sub(all, s), all);
-        s = psurf__l_div(s, all);
-        rr = psurf__l_mul(r, r);
-        rs = psurf__l_mul(r, s);
-        ss = psurf__l_mul(s, s);
-        rrr = psurf__l_mul(rr, r);
-        sss = psurf__l_mul(ss, s);
-        psurf__l_store(basis->b2[0] + k, rr);
-        psurf__l_store(basis->b2[1] + k, psurf__l_add(rs, rs));
-        psurf__l_store(basis->b2[2] + k, ss);
-        psurf__l_store(basis->b3[0] + k, rrr);
-        psurf__l_store(basis->b3[1] + k, psurf__l_mul(three, psurf__l_mul(rr, s)));
-        psurf__l_store(basis->b3[2] + k, psurf__l_mul(three, psurf__l_mul(ss, r)));
-        psurf__l_store(basis->b3[3] + k, sss);
-        psurf__l_store(basis->b4[0] + k, psurf__l_mul(rr, rr));
-        psurf__l_store(basis->b4[1] + k, psurf__l_mul(four, psurf__l_mul(rrr, s)));
-        psurf__l_store(basis->b4[2] + k, psurf__l_mul(psurf__l_all(6), psurf__l_mul(rr, ss)));
-        psurf__l_store(basis->b4[3] + k, psurf__l_mul(four, psurf__l_mul(sss, r)));
-        psurf__l_store(basis->b4[4] + k, psurf__l_mul(ss, ss));
-    }
+        PSURF__K(take_edge)(f->edges[0], f->points[PSURF__SECTOR * r->sector], f->points[next],
+                            line);
 }
 
 /* Looks closer at the normals of some lanes, bits of unsure. */
-static void PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, psurf__l3 w,
-                           unsigned unsure, psurf__l3 *n)
+static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, psurf__l3 w,
+                                psurf__l3 n, unsigned unsure)
 {
     psurf_real us[3][8], ws[3][8], ns[3][8];
     uint32_t i;
     psurf__l3_store(us, u);
     psurf__l3_store(ws, w);
-    psurf__l3_store(ns, *n);
+    psurf__l3_store(ns, n);
     for (i = 0; i < r->group->count; i++)
         if (unsure >> i & 1) psurf__mend_normal(r, k, i, us, ws, ns);
-    n->x = psurf__l_load(ns[0]);
-    n->y = psurf__l_load(ns[1]);
-    n->z = psurf__l_load(ns[2]);
+    n.x = psurf__l_load(ns[0]);
+    n.y = psurf__l_load(ns[1]);
+    n.z = psurf__l_load(ns[2]);
+    return n;
 }
 
-/* Sums of a curve's points at place j of a table, in the order of psurf__edge_point. */
-static PSURF__INLINE psurf__l3 PSURF__K(cubic_sum)(const psurf__basis *t, uint32_t j,
-                                                   const psurf__l3 *p)
+/* The even and the odd part of a polynomial at h from the middle. */
+static PSURF__INLINE void PSURF__K(parts)(const psurf__l3 *c, int degree, psurf__lanes h,
+                                          psurf__lanes hh, psurf__l3 *even, psurf__l3 *odd)
 {
-    return psurf__l3_add(psurf__l3_mix(psurf__l_all(t->b3[0][j]), p[0],
-                                       psurf__l_all(t->b3[3][j]), p[3]),
-                         psurf__l3_mix(psurf__l_all(t->b3[1][j]), p[1],
-                                       psurf__l_all(t->b3[2][j]), p[2]));
+    *even = psurf__l3_mad(c[0], hh, degree == 4 ? psurf__l3_mad(c[2], hh, c[4]) : c[2]);
+    *odd = psurf__l3_mul(degree == 2 ? c[1] : psurf__l3_mad(c[1], hh, c[3]), h);
 }
 
-static PSURF__INLINE psurf__l3 PSURF__K(quadratic_sum)(const psurf__basis *t, uint32_t j,
-                                                       const psurf__l3 *p)
+/* One sample of all lanes to where the cursor points. */
+static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, psurf__lanes parallel, uint32_t k,
+                                          psurf__l3 p, psurf__l3 u, psurf__l3 w, int normals,
+                                          psurf__cursor *c)
 {
-    return psurf__l3_mad(psurf__l3_mix(psurf__l_all(t->b2[0][j]), p[0],
-                                       psurf__l_all(t->b2[1][j]), p[1]),
-                         psurf__l_all(t->b2[2][j]), p[2]);
+    psurf__lanes q;
+    psurf__l3 n;
+    unsigned sure;
+    if (!normals) {
+        psurf__l_write3(p.x, p.y, p.z, c->p, c->p_at);
+        psurf__advance(c);
+        return;
+    }
+    n = psurf__l3_cross(u, w);
+    q = psurf__l3_dot(n, n);
+    sure = psurf__l_greater(q, parallel);
+    n = psurf__l3_mul(n, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
+    if (sure != 0xFFu) n = PSURF__K(mend)(r, k, u, w, n, ~sure);
+    if (c->interleaved) {
+        psurf__l_write6(p.x, p.y, p.z, n.x, n.y, n.z, c->p, c->p_at);
+    } else {
+        psurf__l_write3(p.x, p.y, p.z, c->p, c->p_at);
+        psurf__l_write3(n.x, n.y, n.z, c->n, c->n_at);
+    }
+    psurf__advance(c);
 }
 
-static PSURF__INLINE psurf__l3 PSURF__K(quartic_sum)(const psurf__basis *t, uint32_t j,
-                                                     const psurf__l3 *p)
-{
-    const psurf__l3 outer = psurf__l3_mix(psurf__l_all(t->b4[0][j]), p[0],
-                                          psurf__l_all(t->b4[4][j]), p[4]);
-    const psurf__l3 inner = psurf__l3_mix(psurf__l_all(t->b4[1][j]), p[1],
-                                          psurf__l_all(t->b4[3][j]), p[3]);
-    return psurf__l3_mad(psurf__l3_add(outer, inner), psurf__l_all(t->b4[2][j]), p[2]);
-}
-
-/* Samples k0 .. k1-1 of a line to where the cursor points. tensor: p is cubic and u quadratic, else
-   p quartic and u cubic; edge: p is cubic and without origin. */
+/* Samples k and n-k of a line, k0 <= k < k1, as far as they are wanted: forth from its beginning
+   and back from its end. quartic: p is, else cubic; edge: p is cubic and without origin. */
 static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(line) *line,
-                                            uint32_t k0, uint32_t k1, int tensor, int edge,
-                                            int normals, psurf__cursor *c)
+                                            uint32_t k0, uint32_t k1, int quartic, int edge,
+                                            int normals, psurf__cursor *forth,
+                                            psurf__cursor *back)
 {
     uint32_t k;
     for (k = k0; k < k1; k++) {
-        const uint32_t j = k - r->basis->first;
-        psurf__lanes v[6];
-        psurf__l3 p;
-        if (tensor || edge) p = PSURF__K(cubic_sum)(r->basis, j, line->p);
-        else p = PSURF__K(quartic_sum)(r->basis, j, line->p);
-        if (!edge) p = psurf__l3_add(line->origin, p);
-        if ((tensor || edge) && k == 0) p = line->ends[0];
-        if ((tensor || edge) && k == r->n) p = line->ends[1];
-        v[0] = p.x;
-        v[1] = p.y;
-        v[2] = p.z;
+        const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
+        const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
+        psurf__l3 even, odd, first, last, u_even, u_odd, w_even, w_odd;
+        PSURF__K(parts)(line->p, quartic && !edge ? 4 : 3, h, hh, &even, &odd);
+        first = psurf__l3_sub(even, odd);
+        last = psurf__l3_add(even, odd);
+        if (!edge) {
+            first = psurf__l3_add(line->origin, first);
+            last = psurf__l3_add(line->origin, last);
+        }
+        if ((edge || !quartic) && k == 0) {
+            first = line->ends[0];
+            last = line->ends[1];
+        }
+        u_even = u_odd = w_even = w_odd = even;
         if (normals) {
-            const psurf__l3 w = PSURF__K(cubic_sum)(r->basis, j, line->w);
-            const psurf__l3 u = tensor ? PSURF__K(quadratic_sum)(r->basis, j, line->u)
-                                       : PSURF__K(cubic_sum)(r->basis, j, line->u);
-            const psurf__l3 cross = psurf__l3_cross(u, w);
-            const psurf__lanes q = psurf__l3_dot(cross, cross);
-            const unsigned sure = psurf__l_greater(q, line->parallel);
-            psurf__l3 n = psurf__l3_mul(cross, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
-            if (sure != 0xFFu) PSURF__K(mend)(r, k, u, w, ~sure, &n);
-            v[3] = n.x;
-            v[4] = n.y;
-            v[5] = n.z;
+            PSURF__K(parts)(line->u, quartic ? 3 : 2, h, hh, &u_even, &u_odd);
+            PSURF__K(parts)(line->w, 3, h, hh, &w_even, &w_odd);
         }
-        if (normals && c->interleaved) {
-            psurf__l_write6(v, c->p);
-        } else {
-            psurf__l_write3(v[0], v[1], v[2], c->p);
-            if (normals) psurf__l_write3(v[3], v[4], v[5], c->n);
-        }
-        psurf__advance(c);
+        if (k >= r->begin)
+            PSURF__K(write)(r, line->parallel, k, first, psurf__l3_sub(u_even, u_odd),
+                            psurf__l3_sub(w_even, w_odd), normals, forth);
+        if (r->n - k < r->end && 2 * k != r->n)
+            PSURF__K(write)(r, line->parallel, r->n - k, last, psurf__l3_add(u_even, u_odd),
+                            psurf__l3_add(w_even, w_odd), normals, back);
     }
 }
 
 static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
-                                  uint32_t k1, psurf__cursor *c)
+                                  uint32_t k1, psurf__cursor *forth, psurf__cursor *back)
 {
-    switch ((r->tensor ? 4 : 0) + (r->edge ? 2 : 0) + (r->group->normals ? 1 : 0)) {
-    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, 0, c); return;
-    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, 1, c); return;
-    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 1, 0, c); return;
-    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, 1, c); return;
-    case 4: PSURF__K(samples)(r, line, k0, k1, 1, 0, 0, c); return;
-    case 5: PSURF__K(samples)(r, line, k0, k1, 1, 0, 1, c); return;
-    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 1, 0, c); return;
-    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, 1, c); return;
+    switch ((r->tensor ? 0 : 4) + (r->edge ? 2 : 0) + (r->group->normals ? 1 : 0)) {
+    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, 0, forth, back); return;
+    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, 1, forth, back); return;
+    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 1, 0, forth, back); return;
+    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, 1, forth, back); return;
+    case 4: PSURF__K(samples)(r, line, k0, k1, 1, 0, 0, forth, back); return;
+    case 5: PSURF__K(samples)(r, line, k0, k1, 1, 0, 1, forth, back); return;
+    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 1, 0, forth, back); return;
+    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, 1, forth, back); return;
     }
 }
 
-/* Samples that have places of their own: one by one, lane by lane. */
+/* Samples that have places of their own: pair by pair, lane by lane. */
 static void PSURF__K(put_apart)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
                                 uint32_t k1)
 {
-    psurf_real store[8][6];
-    psurf__cursor c;
+    psurf_real first[8][6], last[8][6];
+    psurf__cursor forth, back;
     uint32_t i, k;
-    for (i = 0; i < 8; i++) {
-        c.p[i] = store[i];
-        c.n[i] = store[i] + 3;
-        c.p_step[i] = c.n_step[i] = 0;
-    }
-    c.bent = 0;
-    c.interleaved = r->group->normals;
+    psurf__hold_cursor(&forth, first, r->group->normals);
+    psurf__hold_cursor(&back, last, r->group->normals);
     for (k = k0; k < k1; k++) {
-        PSURF__K(any_samples)(r, line, k, k + 1, &c);
-        for (i = 0; i < r->group->count; i++) r->group->put(r, i, k, store[i]);
+        PSURF__K(any_samples)(r, line, k, k + 1, &forth, &back);
+        for (i = 0; i < r->group->count; i++) {
+            if (k >= r->begin) r->group->put(r, i, k, first[i]);
+            if (r->n - k < r->end && 2 * k != r->n) r->group->put(r, i, r->n - k, last[i]);
+        }
     }
 }
 
-/* Samples k0 .. k1-1 of a line, all of one chunk, to their places. */
-static void PSURF__K(put)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
-                          uint32_t k1)
+/* All samples of a line that are wanted, to their places. */
+static void PSURF__K(put_line)(const psurf__run *r, const PSURF__K(line) *line)
 {
     const psurf__apart apart = r->group->apart;
-    psurf__cursor c;
-    if (apart == PSURF__ALL_APART || (apart == PSURF__BORDER_APART && r->edge)) {
-        PSURF__K(put_apart)(r, line, k0, k1);
-        return;
-    }
-    if (apart == PSURF__BORDER_APART && r->tensor && k0 == 0) PSURF__K(put_apart)(r, line, k0++, 1);
-    if (apart == PSURF__BORDER_APART && r->tensor && k1 == r->n + 1) {
-        k1--;
-        PSURF__K(put_apart)(r, line, k1, k1 + 1);
-    }
-    if (k0 >= k1) return;
-    r->group->aim(r, k0, &c);
-    PSURF__K(any_samples)(r, line, k0, k1, &c);
+    const uint32_t pairs = r->group->border_only && !r->edge ? 1 : r->n / 2 + 1;
+    const int all = apart == PSURF__ALL_APART || (apart == PSURF__BORDER_APART && r->edge);
+    const uint32_t k0 = all ? pairs : apart == PSURF__BORDER_APART && r->tensor ? 1 : 0;
+    psurf__cursor forth, back;
+    if (k0 > 0) PSURF__K(put_apart)(r, line, 0, k0);
+    if (k0 >= pairs) return;
+    r->group->aim(r, k0 >= r->begin ? k0 : r->begin, 1, &forth);
+    r->group->aim(r, r->n - k0 < r->end ? r->n - k0 : r->end - 1, -1, &back);
+    PSURF__K(any_samples)(r, line, k0, pairs, &forth, &back);
 }
 
-/* Samples k0 .. k1-1 of a line, in chunks. */
-static void PSURF__K(put_line)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
-                               uint32_t k1)
-{
-    psurf__basis *basis = r->basis;
-    uint32_t first = k0 - k0 % PSURF__CHUNK;
-    for (; first < k1; first += PSURF__CHUNK) {
-        const uint32_t end = first + PSURF__CHUNK < k1 ? first + PSURF__CHUNK : k1;
-        if (basis->n != r->n || basis->first != first) PSURF__K(fill_basis)(basis, r->n, first);
-        PSURF__K(put)(r, line, k0 > first ? k0 : first, end);
-    }
-}
-
-static void PSURF__K(tensor_line)(const PSURF__K(facets) *f, psurf__run *r)
+static void PSURF__K(put_tensor_line)(const PSURF__K(facets) *f, psurf__run *r)
 {
     const uint32_t rate = r->group->rate;
-    const psurf__weights at = psurf__weights_at(rate - r->d, r->d, rate);
     const int polar = r->group->kind == PSURF_POLAR;
     PSURF__K(line) line;
     r->n = polar ? rate - r->d : rate;
+    r->span = PSURF__R(r->n ? 2 * r->n : 1);
     r->edge = r->d == 0 || r->d == rate;
+    r->begin = 0;
+    r->end = r->n + 1;
     line.parallel = f->parallel;
     line.origin = f->origin;
-    if (polar) PSURF__K(polar_line)(f, r, &at, &line);
-    else PSURF__K(bicubic_line)(f, r, &at, &line);
-    if (r->edge || !r->group->border_only) {
-        PSURF__K(put_line)(r, &line, 0, r->n + 1);
-    } else {
-        PSURF__K(put_line)(r, &line, 0, 1);
-        PSURF__K(put_line)(r, &line, r->n, r->n + 1);
-    }
+    if (polar) PSURF__K(polar_line)(f, r, &line);
+    else PSURF__K(bicubic_line)(f, r, &line);
+    PSURF__K(put_line)(r, &line);
 }
 
 /* Triangles and quads give what two sectors share to the lower one, faces of five corners to that
@@ -4749,36 +4822,30 @@ static void PSURF__K(tensor_line)(const PSURF__K(facets) *f, psurf__run *r)
 static void PSURF__K(put_sector_line)(const PSURF__K(facets) *f, psurf__run *r, uint32_t m)
 {
     const uint32_t rate = r->group->rate;
-    uint32_t begin = r->sector > 0, end;
-    psurf__weights at;
     PSURF__K(line) line;
     r->n = rate - psurf__line_step(m) * r->d;
+    r->span = PSURF__R(2 * rate);
     r->edge = r->d == 0;
-    end = r->n + (r->sector + 1 < m);
-    if (m == 5) {
-        begin = 0;
-        end = r->n > 0 ? r->n : r->sector == 0;
-    }
-    if (begin >= end) return;
-    at = psurf__weights_at(r->n, rate - r->n, rate);
+    r->begin = m < 5 && r->sector > 0;
+    r->end = m < 5 ? r->n + (r->sector + 1 < m) : r->n > 0 ? r->n : r->sector == 0;
+    if (r->begin >= r->end) return;
     line.parallel = f->parallel;
     line.origin = f->origin;
-    PSURF__K(sector_line)(f, r, m, &at, &line);
-    PSURF__K(put_line)(r, &line, begin, end);
+    PSURF__K(sector_line)(f, r, m, &line);
+    PSURF__K(put_line)(r, &line);
 }
 
 /* All samples of eight facets, or those on their borders. */
-static void PSURF__K(lattice)(const psurf__group *g, psurf__basis *basis)
+static void PSURF__K(lattice)(const psurf__group *g)
 {
     const uint32_t m = psurf__kind_sides(g->kind), step = psurf__line_step(m);
     PSURF__K(facets) f;
     psurf__run r;
     r.group = g;
-    r.basis = basis;
     r.sector = 0;
     r.tensor = g->kind == PSURF_BICUBIC || g->kind == PSURF_POLAR;
     PSURF__K(open_facets)(g, &f);
-    for (r.d = 0; r.tensor && r.d <= g->rate; r.d++) PSURF__K(tensor_line)(&f, &r);
+    for (r.d = 0; r.tensor && r.d <= g->rate; r.d++) PSURF__K(put_tensor_line)(&f, &r);
     for (; !r.tensor && r.sector < m; r.sector++) {
         PSURF__K(open_sector)(&f, m, r.sector);
         for (r.d = 0; step * r.d <= (g->border_only ? 0 : g->rate); r.d++)
@@ -4847,17 +4914,24 @@ static const psurf__kernels *psurf__best_kernels(void)
 /* >>8 POINTS ==================================================================================
    Samples at arbitrary places: sorted by kind of patch, eight at a time through the kernels. */
 
-/* The cubic that every facet boundary is, eq. 17. Swapping its ends swaps the operands of
-   commutative operations alone, so both sides get the same bits; an end is returned as it is. */
+/* The cubic that every facet boundary is, eq. 17, by powers of the distance x from its middle.
+   Swapping its ends changes the signs of x and of the odd coefficients, no more, so both sides get
+   the same bits; an end is returned as it is. The order is that of chapter 7: edge, cubic_at. */
 static psurf__v3 psurf__edge_point(psurf__v3 v0, psurf__v3 t0, psurf__v3 t1, psurf__v3 v1,
-                                   psurf_real r, psurf_real s)
+                                   psurf_real x)
 {
-    psurf__v3 ends, inner;
-    if (s <= 0) return v0;
-    if (r <= 0) return v1;
-    ends = psurf__mix((r * r) * r, v0, (s * s) * s, v1);
-    inner = psurf__mix(3 * ((r * r) * s), t0, 3 * ((s * s) * r), t1);
-    return psurf__add(ends, inner);
+    const psurf_real xx = x * x;
+    const psurf__v3 across = psurf__sub(v1, v0), middle = psurf__sub(t1, t0);
+    const psurf__v3 bend = psurf__add(psurf__sub(v0, t0), psurf__sub(v1, t1));
+    psurf__v3 c[4];
+    if (x <= PSURF__R(-0.5)) return v0;
+    if (x >= PSURF__R(0.5)) return v1;
+    c[0] = psurf__mul(psurf__mad(psurf__add(v0, v1), 3, psurf__add(t0, t1)), PSURF__EIGHTH);
+    c[0] = psurf__add(c[0], psurf__zero());             /* -0 becomes 0 */
+    c[1] = psurf__mul(psurf__add(across, middle), PSURF__R(0.75));
+    c[2] = psurf__mul(bend, PSURF__R(1.5));
+    c[3] = psurf__mad(across, -3, middle);
+    return psurf__add(psurf__mad(c[0], xx, c[2]), psurf__mul(psurf__mad(c[1], xx, c[3]), x));
 }
 
 /* A facet ready to be evaluated. */
@@ -4949,7 +5023,7 @@ static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
     dv.z = w[2][lane];
     spot.sector = run->sector;
     spot.edge = PSURF_NONE;
-    spot.r = spot.s = 0;
+    spot.x = 0;
     if (run->tensor) {
         spot.w[0] = run->n ? (steps - PSURF__R(k)) / steps : PSURF__R(0.5);
         spot.w[1] = run->n ? PSURF__R(k) / steps : PSURF__R(0.5);
@@ -5064,8 +5138,7 @@ static void psurf__finish_jet(const psurf__target *t, int second, psurf__jet *je
         const unsigned char *e = t->view.row->edge[t->spot.edge];
         const psurf_real *c = t->view.points;
         jet->p = psurf__edge_point(psurf__get(c + 3 * e[0]), psurf__get(c + 3 * e[1]),
-                                   psurf__get(c + 3 * e[2]), psurf__get(c + 3 * e[3]), t->spot.r,
-                                   t->spot.s);
+                                   psurf__get(c + 3 * e[2]), psurf__get(c + 3 * e[3]), t->spot.x);
     }
     if (!second) jet->duu = jet->duv = jet->dvv = psurf__zero();
     t->view.row->pull(&t->spot, t->view.turn, jet);
@@ -5365,7 +5438,7 @@ static void psurf__put_vertex(const psurf__run *r, uint32_t lane, uint32_t k,
 {
     const psurf__output *o = (const psurf__output *)r->group->to;
     const psurf__lattice *l = &o->lattice[lane];
-    const psurf__point at = psurf__line_point(r, lane, k);
+    const psurf__point at = psurf__line_point(r, k);
     const uint32_t piece = o->piece[lane];
     uint32_t sector = r->group->kind == PSURF_P5 ? r->sector : 0, vertex;
     int writes;
@@ -5388,34 +5461,31 @@ static ptrdiff_t psurf__vertex_step(const psurf__lattice *l, const psurf__point 
     return at->to_x + at->to_y * here;
 }
 
-/* Points the cursor at the places of a line from step k on. Faces of one kind and turn have their
-   own points in the same order. */
-static void psurf__aim_line(const psurf__run *r, uint32_t k, psurf__cursor *c)
+/* Points the cursor at the places of a line from step k on, there or back again (way 1 or -1).
+   Faces of one kind and turn have their own points in the same order. */
+static void psurf__aim_line(const psurf__run *r, uint32_t k, int way, psurf__cursor *c)
 {
     const psurf__output *o = (const psurf__output *)r->group->to;
+    const psurf__lattice *l = &o->lattice[0];
     const ptrdiff_t p_stride = o->out->p ? (ptrdiff_t)o->p_stride : 0;
     const ptrdiff_t n_stride = o->out->n ? (ptrdiff_t)o->n_stride : 0;
-    ptrdiff_t offset = 0, step = 0, bend = 0;
+    psurf__point at = psurf__line_point(r, k);
+    ptrdiff_t offset, step, bend;
     uint32_t i;
-    c->bent = 0;
-    for (i = 0; i < 8; i++) {
-        if (i == 0 || r->group->turn[i] != r->group->turn[i - 1]) {
-            const psurf__lattice *l = &o->lattice[i < r->group->count ? i : 0];
-            const psurf__point at = psurf__line_point(r, i, k);
-            const uint32_t sector = r->group->kind == PSURF_P5 ? r->sector : 0;
-            int writes;
-            offset = (ptrdiff_t)psurf__lattice_vertex(l, sector, at.x, at.y, &writes) -
-                     (ptrdiff_t)l->base;
-            step = psurf__vertex_step(l, &at, &bend);
-            c->bent |= bend != 0;
-        }
-        c->p[i] = o->p[i] + offset * p_stride;
-        c->n[i] = o->n[i] + offset * n_stride;
-        c->p_step[i] = step * p_stride;
-        c->n_step[i] = step * n_stride;
-        c->p_bend[i] = bend * p_stride;
-        c->n_bend[i] = bend * n_stride;
-    }
+    int writes;
+    at.to_x *= way;
+    at.to_y *= way;
+    offset = (ptrdiff_t)psurf__lattice_vertex(l, r->group->kind == PSURF_P5 ? r->sector : 0, at.x,
+                                              at.y, &writes) - (ptrdiff_t)l->base;
+    step = psurf__vertex_step(l, &at, &bend);
+    for (i = 0; i < 8; i++) c->p[i] = o->p[i];
+    for (i = 0; i < 8; i++) c->n[i] = o->n[i];
+    c->p_at = offset * p_stride;
+    c->n_at = offset * n_stride;
+    c->p_step = step * p_stride;
+    c->n_step = step * n_stride;
+    c->p_bend = bend * p_stride;
+    c->n_bend = bend * n_stride;
     c->interleaved = o->out->p && o->out->n == o->out->p + 3 && p_stride == n_stride;
 }
 
@@ -5425,13 +5495,13 @@ typedef struct psurf__job {             /* of one psurf_tessellate */
     const psurf__kernels *kernels;
     uint32_t rate, end;                 /* end: of the range of faces */
     int welded;
-    psurf__basis basis;
 } psurf__job;
 
-static void psurf__open_group(const psurf__job *job, psurf_kind kind, int split, psurf__group *g,
-                              psurf__output *o)
+static void psurf__open_group(const psurf__job *job, psurf_kind kind, uint32_t turn, int split,
+                              psurf__group *g, psurf__output *o)
 {
     g->kind = kind;
+    g->turn = turn;
     g->count = 0;
     g->rate = job->rate;
     g->normals = job->out->n != NULL;
@@ -5447,8 +5517,6 @@ static void psurf__open_group(const psurf__job *job, psurf_kind kind, int split,
 
 static void psurf__copy_lane(psurf__group *g, psurf__output *o, uint32_t from, uint32_t to)
 {
-    g->facet[to] = g->facet[from];
-    g->turn[to] = g->turn[from];
     g->points[to] = g->points[from];
     o->p[to] = o->p[from];
     o->n[to] = o->n[from];
@@ -5459,7 +5527,7 @@ static void psurf__run_group(psurf__job *job, psurf__group *g, psurf__output *o)
     uint32_t i;
     if (g->count == 0) return;
     for (i = g->count; i < 8; i++) psurf__copy_lane(g, o, 0, i);
-    job->kernels->lattice(g, &job->basis);
+    job->kernels->lattice(g);
     g->count = 0;
 }
 
@@ -5474,8 +5542,6 @@ static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o,
     o->n[lane] = o->sink;
     if (job->out->p) o->p[lane] = job->out->p + (l->base - job->out->first_vertex) * o->p_stride;
     if (job->out->n) o->n[lane] = job->out->n + (l->base - job->out->first_vertex) * o->n_stride;
-    g->facet[lane] = facet;
-    g->turn[lane] = psurf__turn(t, facet);
     g->points[lane] = psurf__patch_points(job->patches, g->kind, facet);
     if (g->count == 8) psurf__run_group(job, g, o);
 }
@@ -5520,25 +5586,32 @@ static uint32_t psurf__first_facet(const psurf_topology *t, psurf_kind kind, uin
     return low;
 }
 
+/* Whole faces of each turn, and pieces of split ones, gather in groups of their own. */
 static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t first_face)
 {
     const psurf_topology *t = job->patches->topology;
-    psurf__output whole_output, split_output;
-    psurf__group whole, split;
-    uint32_t i = psurf__first_facet(t, kind, first_face);
-    psurf__open_group(job, kind, 0, &whole, &whole_output);
-    psurf__open_group(job, kind, 1, &split, &split_output);
+    psurf__output outputs[4];
+    psurf__group groups[4];
+    uint32_t i = psurf__first_facet(t, kind, first_face), k;
+    if (i >= t->kind_first[kind + 1]) return;
+    for (k = 0; k < 4; k++) psurf__open_group(job, kind, k % 3, k == 3, &groups[k], &outputs[k]);
     for (; i < t->kind_first[kind + 1] && t->facets[i].face < job->end; i++) {
         const psurf_facet *facet = &t->facets[i];
-        if (!(facet->piece & PSURF_SPLIT_FACE))
-            psurf__add_facet(job, &whole, &whole_output, i);
-        else if (psurf__face_size(t, facet->face) > 4)
-            psurf__add_facet(job, &split, &split_output, i);
-        else if ((facet->piece & 0xFFFFu) == 0)
-            psurf__write_split_face(job, facet->face);
+        if (!(facet->piece & PSURF_SPLIT_FACE)) {
+            k = psurf__turn(t, i);
+        } else if (psurf__face_size(t, facet->face) > 4) {
+            k = 3;
+        } else {
+            if ((facet->piece & 0xFFFFu) == 0) psurf__write_split_face(job, facet->face);
+            continue;
+        }
+        if (k == 3 && psurf__turn(t, i) != groups[k].turn) {
+            psurf__run_group(job, &groups[k], &outputs[k]);
+            groups[k].turn = psurf__turn(t, i);
+        }
+        psurf__add_facet(job, &groups[k], &outputs[k], i);
     }
-    psurf__run_group(job, &whole, &whole_output);
-    psurf__run_group(job, &split, &split_output);
+    for (k = 0; k < 4; k++) psurf__run_group(job, &groups[k], &outputs[k]);
 }
 
 /* ---- triangles ---- */
@@ -5658,7 +5731,6 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
     job.rate = desc->rate;
     job.end = psurf__range_end(first_face, face_count, patches->topology->info.faces);
     job.welded = !(desc->flags & PSURF_TESS_PER_FACE);
-    job.basis.n = job.basis.first = PSURF_NONE;
     for (k = 0; k < PSURF_KIND_COUNT && (out->p || out->n); k++)
         psurf__tessellate_kind(&job, (psurf_kind)k, first_face);
     for (f = first_face; f < job.end && (out->where || out->indices); f++)
@@ -5783,17 +5855,17 @@ static void psurf__put_probe(const psurf__run *r, uint32_t lane, uint32_t k,
                              const psurf_real *sample)
 {
     psurf__side *side = (psurf__side *)r->group->to;
-    const psurf__point at = psurf__line_point(r, lane, k);
+    const psurf__point at = psurf__line_point(r, k);
     const uint32_t step = psurf__edge_step(side->size, r->group->rate, side->edge, r->sector, at.x,
                                            at.y);
     uint32_t i;
+    (void)lane;                                         /* there is one */
     if (step == PSURF_NONE || step < side->chunk || step - side->chunk >= PSURF__PROBES) return;
     for (i = 0; i < 6; i++) side->sample[step - side->chunk][i] = sample[i];
 }
 
 /* Fills the samples of a side from step chunk on, counted from its own first corner. */
-static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk,
-                              psurf__basis *basis)
+static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk)
 {
     psurf__group g;
     uint32_t i;
@@ -5801,17 +5873,16 @@ static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk,
     g.kind = psurf__facet_kind(side->patches->topology, side->facet);
     g.count = 1;
     g.rate = rate;
+    g.turn = psurf__turn(side->patches->topology, side->facet);
     g.normals = g.border_only = 1;
     g.apart = PSURF__ALL_APART;
     g.aim = NULL;
     g.put = psurf__put_probe;
     g.to = side;
     for (i = 0; i < 8; i++) {
-        g.facet[i] = side->facet;
-        g.turn[i] = psurf__turn(side->patches->topology, side->facet);
         g.points[i] = psurf__patch_points(side->patches, g.kind, side->facet);
     }
-    psurf__best_kernels()->lattice(&g, basis);
+    psurf__best_kernels()->lattice(&g);
 }
 
 static psurf__v3 psurf__point_position(const psurf_topology *t, const psurf__control *control,
@@ -5945,7 +6016,7 @@ static void psurf__compare(const psurf_real *a, const psurf_real *b, int sharp, 
 
 static void psurf__check_edge(const psurf_patches *patches, const psurf__control *control,
                               psurf_real shortest, uint32_t rate, uint32_t edge,
-                              psurf__basis *basis, psurf_check_result *r)
+                              psurf_check_result *r)
 {
     const psurf_topology *t = patches->topology;
     const psurf_edge corners = t->edges[edge];
@@ -5967,8 +6038,8 @@ static void psurf__check_edge(const psurf_patches *patches, const psurf__control
     r->sharp_edges += (uint32_t)sharp;
     for (first = 0; first <= rate; first += PSURF__PROBES) {
         count = rate + 1 - first < PSURF__PROBES ? rate + 1 - first : PSURF__PROBES;
-        psurf__probe_side(&a, rate, first, basis);
-        psurf__probe_side(&b, rate, rate + 1 - first - count, basis);
+        psurf__probe_side(&a, rate, first);
+        psurf__probe_side(&b, rate, rate + 1 - first - count);
         for (k = 0; k < count; k++)
             psurf__compare(a.sample[k], b.sample[count - 1 - k], sharp, degenerate, edge,
                            t->facets[a.facet].face, r);
@@ -5982,7 +6053,6 @@ PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_con
     const psurf_check_result none = {0, 0, 0, 0, 0, PSURF_NONE, PSURF_NONE, 0};
     psurf__control control;
     psurf_real shortest;
-    psurf__basis basis;
     uint32_t e, end;
     if (!patches || !result || !psurf__construct_desc_ok(desc) || rate < 1 || rate > PSURF_MAX_RATE)
         return PSURF_BAD_DESC;
@@ -5990,9 +6060,8 @@ PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_con
     control = psurf__control_of(patches, desc);
     shortest = PSURF__R(1e-5) * psurf__mesh_diagonal(patches->topology, &control);
     end = psurf__range_end(first_edge, edge_count, patches->topology->info.edges);
-    basis.n = basis.first = PSURF_NONE;
     for (e = first_edge; e < end; e++)
-        psurf__check_edge(patches, &control, shortest, rate, e, &basis, result);
+        psurf__check_edge(patches, &control, shortest, rate, e, result);
     return PSURF_OK;
 }
 
@@ -6192,7 +6261,7 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__SIMD
 #undef PSURF__SIMD_X86
 #undef PSURF__DISPATCH
-#undef PSURF__CHUNK
+#undef PSURF__EIGHTH
 #undef PSURF__BLOCK
 #undef PSURF__PROBES
 #undef PSURF__PARALLEL
@@ -6213,6 +6282,7 @@ PSURF_API int psurf_exact(void)
 #undef psurf__l_mul
 #undef psurf__l_div
 #undef psurf__l_sqrt
+#undef psurf__l_max
 #undef psurf__l_greater
 #undef psurf__l_columns
 #undef psurf__l_write3
