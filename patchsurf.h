@@ -3472,6 +3472,7 @@ typedef struct psurf__kernels {
 #define psurf__l_max PSURF__K(l_max)            /* a > b ? a : b */
 #define psurf__l_greater PSURF__K(l_greater)    /* bit i: a > b in lane i */
 #define psurf__l_columns PSURF__K(l_columns)    /* lane i of out[k] = p[i][k], k < count >= 8 */
+#define psurf__l_fetch PSURF__K(l_fetch)        /* memory that is soon written */
 #define psurf__l_write3 PSURF__K(l_write3)      /* lane i of x, y, z to to[i] + at */
 #define psurf__l_write6 PSURF__K(l_write6)      /* the same of six */
 #define psurf__l3 PSURF__K(l3)
@@ -3517,6 +3518,11 @@ static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     return (unsigned)_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_GT_OQ));
+}
+
+static PSURF__INLINE void psurf__l_fetch(const float *p)
+{
+    _mm_prefetch((const char *)p, _MM_HINT_T0);
 }
 
 /* Four reals of lanes i and i+4, side by side. */
@@ -3652,6 +3658,11 @@ static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
            (unsigned)_mm_movemask_ps(_mm_cmpgt_ps(a.high, b.high)) << 4;
 }
 
+static PSURF__INLINE void psurf__l_fetch(const float *p)
+{
+    _mm_prefetch((const char *)p, _MM_HINT_T0);
+}
+
 /* Rows of four to columns: one half of the lanes. */
 static PSURF__INLINE void PSURF__K(turn)(const float *const p[4], uint32_t k, __m128 out[4])
 {
@@ -3775,6 +3786,8 @@ static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
     return vaddvq_u32(vandq_u32(vcgtq_f32(a.low, b.low), bit)) |
            vaddvq_u32(vandq_u32(vcgtq_f32(a.high, b.high), bit)) << 4;
 }
+
+static PSURF__INLINE void psurf__l_fetch(const float *p) { __builtin_prefetch(p, 1); }
 
 /* Rows of four to columns: one half of the lanes. */
 static PSURF__INLINE void PSURF__K(turn)(float32x4_t *a)
@@ -3918,6 +3931,8 @@ static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
     for (i = 0; i < 8; i++) bits |= (unsigned)(a.a[i] > b.a[i]) << i;
     return bits;
 }
+
+static PSURF__INLINE void psurf__l_fetch(const psurf_real *p) { (void)p; }
 
 static void psurf__l_columns(const psurf_real *const p[8], uint32_t count, psurf__lanes *out)
 {
@@ -4785,6 +4800,22 @@ static void PSURF__K(put_apart)(const psurf__run *r, const PSURF__K(line) *line,
     }
 }
 
+/* Asks for the memory that a cursor is going to write: half of a line's samples come from its end,
+   which no processor foresees. */
+static void PSURF__K(fetch)(psurf_real *const p[8], ptrdiff_t at, ptrdiff_t step, ptrdiff_t bend,
+                            uint32_t count)
+{
+    const ptrdiff_t width = step < 0 ? -step : step;
+    const uint32_t jump = bend == 0 && width > 0 && width < 16 ? (uint32_t)(16 / width) : 1;
+    uint32_t i, k;
+    if (count > 64) count = 64;                         /* the rest is long enough to be foreseen */
+    for (k = 0; k < count && step != 0; k += jump) {
+        for (i = 0; i < 8; i++) psurf__l_fetch(p[i] + at);
+        at += step * (ptrdiff_t)jump;
+        step += bend;
+    }
+}
+
 /* All samples of a line that are wanted, to their places. */
 static void PSURF__K(put_line)(const psurf__run *r, const PSURF__K(line) *line)
 {
@@ -4797,6 +4828,9 @@ static void PSURF__K(put_line)(const psurf__run *r, const PSURF__K(line) *line)
     if (k0 >= pairs) return;
     r->group->aim(r, k0 >= r->begin ? k0 : r->begin, 1, &forth);
     r->group->aim(r, r->n - k0 < r->end ? r->n - k0 : r->end - 1, -1, &back);
+    PSURF__K(fetch)(forth.p, forth.p_at, forth.p_step, forth.p_bend, r->n + 1 - k0);
+    if (!forth.interleaved)
+        PSURF__K(fetch)(forth.n, forth.n_at, forth.n_step, forth.n_bend, r->n + 1 - k0);
     PSURF__K(any_samples)(r, line, k0, pairs, &forth, &back);
 }
 
@@ -6285,6 +6319,7 @@ PSURF_API int psurf_exact(void)
 #undef psurf__l_max
 #undef psurf__l_greater
 #undef psurf__l_columns
+#undef psurf__l_fetch
 #undef psurf__l_write3
 #undef psurf__l_write6
 #undef psurf__l3
