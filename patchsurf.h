@@ -4037,13 +4037,13 @@ static void psurf__l3_store(psurf_real out[3][8], psurf__l3 a)
 static void PSURF__K(points)(const psurf_real *const p[8], uint32_t count, psurf__l3 *out)
 {
     psurf__lanes columns[3 * PSURF__MAX_POINTS];
-    uint32_t k;
+    uint32_t k = 0;
     psurf__l_columns(p, 3 * count, columns);
-    for (k = 0; k < count; k++) {
+    do {                                                /* compilers do not know that count > 0 */
         out[k].x = columns[3 * k];
         out[k].y = columns[3 * k + 1];
         out[k].z = columns[3 * k + 2];
-    }
+    } while (++k < count);
 }
 
 /* ---- nets: the Bezier points of a patch, and of the sectors of a Pm-patch ---- */
