@@ -29,8 +29,8 @@ TEST_FLAGS := -Wall -Wextra
 SANITIZE := -g -fsanitize=address,undefined -fno-sanitize-recover=all -Wno-maybe-uninitialized
 # A status of its own, so that no test takes a sanitizer's report for the tool's verdict.
 SANITIZED_EXIT := ASAN_OPTIONS=exitcode=99 UBSAN_OPTIONS=exitcode=99
-# $(call COMPILE,FLAGS,LIBRARIES): a program from its first prerequisite. V=1 shows the command.
-COMPILE = $(if $(V),,@echo '  $(CC) $@' &&) $(CC) -std=c99 -I. -MMD -MP $(1) $< -o $@ $(2) -lm
+# $(call COMPILE,FLAGS,LIBRARIES): the first prerequisite. V=1 shows the command.
+COMPILE = $(if $(V),,@echo '  $(CC) $@' &&) $(CC) -std=c99 -I. -MMD -MP $(1) $< -o $@ $(2)
 
 # `make deps test` installs before it compiles, with -j as well.
 AFTER_DEPS := $(filter deps,$(MAKECMDGOALS))
@@ -54,7 +54,7 @@ DEMOS := $(MESHES:examples/meshes/%.obj=build/demo/%.glb)
 tool: $(TOOL)
 
 $(TOOL): examples/patchsurf.c | build $(AFTER_DEPS)
-	$(call COMPILE,$(CFLAGS) $(WARNINGS))
+	$(call COMPILE,$(CFLAGS) $(WARNINGS),-lm)
 
 build/demo/%.glb: examples/meshes/%.obj $(TOOL) | build/demo
 	@$(TOOL) tessellate --quiet $< -o $@
@@ -94,16 +94,19 @@ build build/demo build/san build/obj:
 # ---- tests ---------------------------------------------------------------------------------------
 
 # Every tests/test_X.c is a cmocka program, built for float and for double, plain and with
-# sanitizers. Every tests/*.py judges the tool or the sources. One step each.
+# sanitizers; some also for the instruction sets that the processor here would pass over. Every
+# tests/*.py judges the tool or the sources. One step each.
 
 # More meshes to try: make test MESHES_TOO='a.obj b.obj'.
 MESHES_TOO ?=
 
 PROGRAMS := $(patsubst tests/%.c,%,$(sort $(wildcard tests/test_*.c)))
 PROGRAM_STEPS := $(foreach t,$(PROGRAMS),$(t) $(t)_double $(t).sanitized $(t)_double.sanitized)
+SIMD_STEPS := $(foreach t,test_eval test_hash test_tessellate,$(t)_NO_AVX2 $(t)_NO_SIMD)
+ESTIMATES := avx2 sse2
 SCRIPTS := $(patsubst tests/%.py,%,$(sort $(wildcard tests/test_*.py)))
 TOOL_STEPS := cracks cracks_found counts $(foreach t,$(SCRIPTS),$(t) $(t).sanitized)
-STEPS := $(TOOL_STEPS) $(PROGRAM_STEPS) symbols docs
+STEPS := $(TOOL_STEPS) $(PROGRAM_STEPS) $(SIMD_STEPS) $(ESTIMATES:%=hash_finds_%) symbols docs
 RUN := @sh tests/step.sh build/results
 
 # Without -j on the command line, all processors work.
@@ -117,16 +120,36 @@ test: $(AFTER_DEPS)
 
 run-tests: $(STEPS:%=build/results/%)
 
-build/test_%_double: tests/test_%.c | build $(AFTER_DEPS)
-	$(call COMPILE,$(CFLAGS) $(TEST_FLAGS) -DPSURF_REAL=double,-lcmocka)
-build/test_%: tests/test_%.c | build $(AFTER_DEPS)
-	$(call COMPILE,$(CFLAGS) $(TEST_FLAGS),-lcmocka)
-build/san/test_%_double: tests/test_%.c | build/san $(AFTER_DEPS)
-	$(call COMPILE,-O1 $(SANITIZE) $(TEST_FLAGS) -DPSURF_REAL=double,-lcmocka)
-build/san/test_%: tests/test_%.c | build/san $(AFTER_DEPS)
-	$(call COMPILE,-O1 $(SANITIZE) $(TEST_FLAGS),-lcmocka)
+# $(eval $(call TEST_BUILD,PREFIX,SUFFIX,FLAGS,HEADER)): the implementation, compiled once, and the
+# programs that are linked with it; HEADER: a patchsurf.h that has to be made first.
+define TEST_BUILD
+$(1)implementation$(2).o: tests/compile/implementation.c $(4) | $(patsubst %/,%,$(1)) $$(AFTER_DEPS)
+	$$(call COMPILE,$(3) $$(TEST_FLAGS) -c)
+$(1)test_%$(2): tests/test_%.c $(1)implementation$(2).o | $(patsubst %/,%,$(1)) $$(AFTER_DEPS)
+	$$(call COMPILE,$(3) $$(TEST_FLAGS),$(1)implementation$(2).o -lcmocka -lm)
+endef
+$(eval $(call TEST_BUILD,build/,,$$(CFLAGS)))
+$(eval $(call TEST_BUILD,build/,_double,$$(CFLAGS) -DPSURF_REAL=double))
+$(eval $(call TEST_BUILD,build/,_NO_AVX2,$$(CFLAGS) -DPSURF_NO_AVX2))
+$(eval $(call TEST_BUILD,build/,_NO_SIMD,$$(CFLAGS) -DPSURF_NO_SIMD))
+$(eval $(call TEST_BUILD,build/san/,,-O1 $$(SANITIZE)))
+$(eval $(call TEST_BUILD,build/san/,_double,-O1 $$(SANITIZE) -DPSURF_REAL=double))
 build/san/patchsurf: examples/patchsurf.c | build/san $(AFTER_DEPS)
-	$(call COMPILE,-O1 $(SANITIZE) $(WARNINGS))
+	$(call COMPILE,-O1 $(SANITIZE) $(WARNINGS),-lm)
+
+# Instruction sets whose quotients are estimates: other bits, which test_hash must find.
+ESTIMATE_avx2 := s/_mm256_div_ps(a, b)/_mm256_mul_ps(a, _mm256_rcp_ps(b))/
+ESTIMATE_sse2 := s/_mm_div_ps(\(a[.a-z]*\), \(b[.a-z]*\))/_mm_mul_ps(\1, _mm_rcp_ps(\2))/g
+ESTIMATE_FLAGS_sse2 := -DPSURF_NO_AVX2
+$(ESTIMATES:%=build/%):
+	@mkdir -p $@
+$(ESTIMATES:%=build/%/patchsurf.h): build/%/patchsurf.h: patchsurf.h | build/%
+	@sed '$(ESTIMATE_$*)' $< > $@ && ! cmp -s $< $@ || \
+	    { echo '$@: nothing to replace' >&2; exit 1; }
+$(foreach e,$(ESTIMATES),$(eval $(call TEST_BUILD,build/$(e)/,,-iquote build/$(e) $$(CFLAGS) \
+  $(ESTIMATE_FLAGS_$(e)),build/$(e)/patchsurf.h)))
+$(ESTIMATES:%=build/results/hash_finds_%): build/results/hash_finds_%: build/%/test_hash FORCE
+	@STEP_EXPECT=1 sh tests/step.sh build/results $(@F) $< --set $*
 
 build/results/test_%.sanitized: build/san/test_% FORCE
 	$(RUN) $(@F) $<
@@ -155,4 +178,4 @@ matrix:
 	@sh tests/deps.sh matrix
 	@bash tests/matrix.sh
 
--include $(wildcard build/*.d build/san/*.d)
+-include $(wildcard build/*.d build/san/*.d $(ESTIMATES:%=build/%/*.d))

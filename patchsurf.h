@@ -3441,7 +3441,7 @@ typedef struct psurf__kernels {
 #pragma GCC push_options
 #pragma GCC target("avx2")
 #endif
-#elif defined(PSURF__SIMD) && defined(__AVX2__)
+#elif defined(PSURF__SIMD) && defined(__AVX2__) && !defined(PSURF_NO_AVX2)
 #define PSURF__SET avx2
 #define PSURF__SET_AVX2
 #elif defined(PSURF__SIMD_X86)
@@ -4687,7 +4687,7 @@ static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, ps
     psurf__l3_store(us, u);
     psurf__l3_store(ws, w);
     psurf__l3_store(ns, n);
-    for (i = 0; i < r->group->count; i++)
+    for (i = 0; i < 8; i++)                             /* those that repeat the first as well */
         if (unsure >> i & 1) psurf__mend_normal(r, k, i, us, ws, ns);
     n.x = psurf__l_load(ns[0]);
     n.y = psurf__l_load(ns[1]);

@@ -1,5 +1,5 @@
 /* What the tests share: random numbers, meshes, a second opinion on connectivity, and the few
-   vectors the checks need. A test defines PSURF_IMPLEMENTATION, then includes this file.
+   vectors the checks need. Programs are linked with the implementation, a unit of its own.
 
    Generators compute in integers and scale by a power of two, so that their positions have the
    same bits under every compiler and flag, contraction included. Tests run at the top of the

@@ -32,7 +32,8 @@ steps() {
         echo "cracks_${cc}_gnu17 cracks gnu17 $cc"
         echo "cracks_${cc}_c++17 cracks gnu++17 $cc -x c++"
     done
-    echo cracks_found_without_pragmas cracks_without_pragmas
+    echo cracks_found_without_symmetry cracks_without_symmetry
+    echo hash_found_without_pragmas hash_without_pragmas
 
     for test in $(tests); do            # but for those that take minutes in an emulator
         echo "clang_sanitized.$test suite clang_sanitized $test"
@@ -65,6 +66,7 @@ steps() {
     done
     if is_x86; then echo hash_m32 hash none gcc -O2 "$(m32)"; fi
     echo hash_aarch64 hash qemu-aarch64-static aarch64-linux-gnu-gcc -O3 -static
+    echo hash_finds_neon hash_finds_neon
     echo hash_s390x hash qemu-s390x-static s390x-linux-gnu-gcc -O3 -static
     echo fuzz_corpus fuzz_corpus
     if [ -e tests/vulkan_layouts.c ]; then echo vulkan_layouts vulkan_layouts; fi
@@ -149,23 +151,38 @@ cmake_installed() {
 
 # ---- the same bits everywhere --------------------------------------------------------------------
 
-# The implementation is a unit of its own: it alone is compiled as the flags say, as C++ even.
-hash() {                # EMULATOR COMPILER FLAGS...
-    local emulator=$1 cc=$2 real flag plain=()
+# build_hash FOLDER COMPILER FLAGS...: test_hash of the header in FOLDER. Only the implementation is
+# compiled as all the flags say, as C++ even.
+build_hash() {
+    local folder=$1 cc=$2 flag plain=()
     shift 2
     for flag in "$@"; do
         case $flag in -x | c++ | -std=*) ;; *) plain+=("$flag") ;; esac
     done
+    $cc "$@" -iquote "$folder" -c tests/compile/implementation.c -o "$work/implementation.o" &&
+        $cc -std=c99 "${plain[@]}" -iquote "$folder" -Itests/shim -c tests/test_hash.c \
+            -o "$work/test.o" &&
+        $cc "${plain[@]}" "$work/test.o" "$work/implementation.o" -o "$work/test_hash" -lm
+}
+
+hash() {                # EMULATOR COMPILER FLAGS...
+    local real run=()
+    [ "$1" = none ] || run=("$1")
+    shift
     for real in float double; do
-        $cc "$@" -DPSURF_REAL=$real -I. -c tests/compile/implementation.c -o "$work/$real.o" &&
-            $cc -std=c99 "${plain[@]}" -DPSURF_REAL=$real -DPSURF_IMPLEMENTATION_DONE -I. \
-                -Itests/shim -c tests/test_hash.c -o "$work/test.o" &&
-            $cc "${plain[@]}" "$work/test.o" "$work/$real.o" -o "$work/test_hash" -lm || return 1
-        case $emulator in
-        none) "$work/test_hash" || return 1 ;;
-        *) "$emulator" "$work/test_hash" || return 1 ;;
-        esac
+        build_hash . "$@" -DPSURF_REAL=$real && "${run[@]}" "$work/test_hash" || return 1
     done
+}
+
+# NEON with quotients that are estimates: other bits, and they are found. `make test` does this for
+# the sets of x86.
+hash_finds_neon() {
+    sed 's/vdivq_f32(\(a[.a-z]*\), \(b[.a-z]*\))/vmulq_f32(\1, vrecpeq_f32(\2))/g' patchsurf.h \
+        >"$work/patchsurf.h"
+    cmp -s patchsurf.h "$work/patchsurf.h" && echo 'nothing to replace' && return 1
+    build_hash "$work" aarch64-linux-gnu-gcc -O2 -static || return 1
+    qemu-aarch64-static "$work/test_hash" --set neon
+    [ $? = 1 ]
 }
 
 # The tool round an implementation that was compiled in its own way.
@@ -181,34 +198,56 @@ cracks() {              # STANDARD COMPILER [-x c++]
         python3 tests/check_cracks.py --tool "$work/patchsurf" --rates 1-33 "${meshes[@]}"
 }
 
-# The pragmas are what keeps the promise: without them there are cracks, and they are found. Needs a
-# processor with fused multiply-add to show; where this one has none, an emulated one has.
-cracks_without_pragmas() {
+# The pragmas are what keeps the promise: without them products are fused where the processor can, and
+# the hashes tell. Where this one cannot, an emulated one can.
+hash_without_pragmas() {
     local cc=(gcc -march=native) emulator=
-    sed '/#pragma/d' patchsurf.h >"$work/patchsurf.h"
-    if ! gcc -march=native -dM -E -x c /dev/null | grep -q -E '__(ARM_FEATURE_)?FMA__'; then
+    if ! gcc -march=native -dM -E -x c /dev/null | grep -q '__FMA__'; then
         cc=(aarch64-linux-gnu-gcc -static) emulator=qemu-aarch64-static
     fi
-    "${cc[@]}" -std=gnu17 -O3 -I"$work" -c tests/compile/implementation.c -o "$work/a.o" &&
-        "${cc[@]}" -O2 -I. -DPSURF_IMPLEMENTATION_DONE examples/patchsurf.c "$work/a.o" \
-            -o "$work/program" -lm || return 1
-    printf '#!/bin/sh\nexec %s %s "$@"\n' "$emulator" "$work/program" >"$work/patchsurf"
-    chmod +x "$work/patchsurf"
-    local mesh status found=0           # both sides of a regular grid fuse the same operations
-    for mesh in "${meshes[@]}"; do
+    sed '/#pragma/d' patchsurf.h >"$work/patchsurf.h"
+    build_hash "$work" "${cc[@]}" -std=gnu17 -O3 || return 1
+    $emulator "$work/test_hash"
+    [ $? = 1 ]
+}
+
+# Edges that are summed from one end to the other have cracks, and they are found.
+cracks_without_symmetry() {
+    sed 's/c\[0\] = psurf__l3_mul(psurf__l3_mad(outer, psurf__l_all(3), inner),/c[0] = psurf__l3_mul(\
+        psurf__l3_add(psurf__l3_mad(psurf__l3_mad(p0, psurf__l_all(3), p1), psurf__l_all(3), p2), p3),/
+        ' patchsurf.h >"$work/patchsurf.h"
+    cmp -s patchsurf.h "$work/patchsurf.h" && echo 'nothing to replace' && return 1
+    gcc -std=c99 -O2 -iquote "$work" -c tests/compile/implementation.c -o "$work/a.o" &&
+        tool_around "$work/a.o" || return 1
+    local mesh status
+    for mesh in "${meshes[@]}"; do      # but where all edges run alike in both their faces
         python3 tests/check_cracks.py --tool "$work/patchsurf" --rates 7,8 "$mesh"
         status=$?
-        [ $status -le 1 ] || { echo "exit status $status, not 0 or 1" && return 1; }
-        found=$((found + status))
+        case $mesh:$status in *:1 | *cloth.obj:0) ;; *) echo "exit status $status" && return 1 ;; esac
     done
-    echo "cracks in $found of ${#meshes[@]} meshes"
-    [ $((2 * found)) -gt ${#meshes[@]} ]
 }
 
 # ---- the tests under other compilers, sanitizers and processors ----------------------------------
 
+# implementation CONFIGURATION REAL COMPILER...: compiles it, once for all tests of a configuration:
+# they wait for each other here. Sets `object`.
+implementation() {
+    local real=$2
+    object=$results/work/implementation/$1_$real.o
+    shift 2
+    mkdir -p "${object%/*}"
+    (
+        flock 9 || exit 1
+        for source in patchsurf.h tests/compile/implementation.c tests/matrix.sh; do
+            [ "$object" -nt $source ] || rm -f "$object"
+        done
+        [ -e "$object" ] || { "$@" -std=c99 -I. -DPSURF_REAL="$real" \
+            -c tests/compile/implementation.c -o "$object.part" && mv "$object.part" "$object"; }
+    ) 9>"$object.lock"
+}
+
 suite() {               # CONFIGURATION TEST
-    local real cc emulator=()
+    local real cc object emulator=() library=-lcmocka
     case $1 in
     clang_sanitized) cc=(clang -O1 -g "-fsanitize=address,undefined" -fno-sanitize-recover=all) ;;
     clang_memory)
@@ -222,11 +261,11 @@ suite() {               # CONFIGURATION TEST
         emulator=(qemu-s390x-static)
         ;;
     esac
-    local library=-lcmocka
     case " ${cc[*]} " in *" -Itests/shim "*) library=-lm ;; esac
     for real in float double; do
-        "${cc[@]}" -std=c99 -I. -DPSURF_REAL=$real "tests/$2.c" -o "$work/$2" $library -lm &&
-            "${emulator[@]}" "$work/$2" || return 1
+        implementation "$1" $real "${cc[@]}" &&
+            "${cc[@]}" -std=c99 -I. -DPSURF_REAL=$real "tests/$2.c" "$object" -o "$work/$2" \
+                $library -lm && "${emulator[@]}" "$work/$2" || return 1
     done
 }
 

@@ -1,6 +1,5 @@
 /* Defective meshes, and odd ones that are none: what is refused, and where; what comes of it with
    PSURF_CUT_BAD_EDGES. Whatever is taken has to give a surface without cracks. */
-#define PSURF_IMPLEMENTATION
 #include "common.h"
 
 #define NONE PSURF_NONE

@@ -2,7 +2,7 @@
    allocated, what happens where it is refused, what comes back. */
 #include <stdlib.h>
 
-/* The library's own calls of the C library are counted. */
+/* The library's own calls of the C library are counted: in a private copy of the implementation. */
 static unsigned long stdlib_calls;
 static void *counted_malloc(size_t size)
 {
@@ -16,6 +16,7 @@ static void counted_free(void *memory)
 }
 #define malloc counted_malloc
 #define free counted_free
+#define PSURF_STATIC
 #define PSURF_IMPLEMENTATION
 #include "patchsurf.h"
 #undef malloc

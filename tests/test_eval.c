@@ -2,7 +2,6 @@
    derivatives go through plain de Casteljau and Bernstein sums of the stored points, so that no
    derivative and no chain rule is written down here. Then the edges of the contract: samples
    outside, outputs left out, curvature, bounds, interpolation. */
-#define PSURF_IMPLEMENTATION
 #include "common.h"
 
 /* ---- numbers with derivatives ---------------------------------------------------------------- */
@@ -585,6 +584,87 @@ static void test_outputs(void **state)
     mesh_free(&m);
 }
 
+/* ---- batches --------------------------------------------------------------------------------- */
+
+enum { BATCH = 700 };
+typedef struct result { psurf_real at[7][3], curvature[2]; } result;
+
+static void eval_batch(const surface *s, const psurf_sample *samples, uint32_t count, result *to)
+{
+    psurf_real gauss[BATCH], mean[BATCH];
+    psurf_points out;
+    uint32_t i;
+    out.p = to->at[0], out.n = to->at[1], out.du = to->at[2], out.dv = to->at[3];
+    out.duu = to->at[4], out.duv = to->at[5], out.dvv = to->at[6], out.stride = sizeof *to;
+    psurf_eval(&s->patches, samples, count, &out);
+    psurf_curvature(&s->patches, samples, count, gauss, mean);
+    for (i = 0; i < count; i++) to[i].curvature[0] = gauss[i], to[i].curvature[1] = mean[i];
+}
+
+/* In calls of block samples each, in a random order. */
+static void expect_batches(const surface *s, const psurf_sample *samples, const result *want,
+                           uint32_t block, uint64_t *rng)
+{
+    psurf_sample shuffled[BATCH];
+    static result got[BATCH];
+    uint32_t order[BATCH], i, k;
+    for (i = 0; i < BATCH; i++) {
+        k = random_below(rng, i + 1);
+        order[i] = order[k];
+        order[k] = i;
+    }
+    for (i = 0; i < BATCH; i++) shuffled[i] = samples[order[i]];
+    memset(got, 0xEE, sizeof got);
+    for (i = 0; i < BATCH; i += block)
+        eval_batch(s, shuffled + i, block < BATCH - i ? block : BATCH - i, got + i);
+    for (i = 0; i < BATCH; i++) assert_memory_equal(&got[i], &want[order[i]], sizeof *got);
+}
+
+/* Of all kinds, at corners, on edges, across the poles, at centres, on creases of blend ratio 0. */
+static void batch_samples(const mesh *m, uint64_t *rng, psurf_sample *samples)
+{
+    uint32_t i, f;
+    for (i = 0; i < BATCH; i++) {
+        const uint32_t size = m->faces[f = random_below(rng, m->face_count)].size;
+        const uint32_t side = random_below(rng, size);
+        samples[i] = i % 3 == 0   ? edge_sample(f, size, side, random_below(rng, 5) / 4.0)
+                     : i % 7 == 0 ? sector_sample(f, size, side, 0, 0)
+                                  : random_sample_of(m, f, rng);
+    }
+}
+
+/* Neither the order of samples nor how many a call takes shows in what comes out. */
+static void test_batches(void **state)
+{
+    static const uint32_t blocks[] = {1, 2, 7, 8, 9, 31, 32, 33, 64, BATCH};
+    static result want[BATCH];
+    psurf_sample samples[BATCH];
+    uint64_t rng = 12;
+    mesh m = turned_creature(&rng);
+    uint32_t i, round, kinds[PSURF_KIND_COUNT] = {0}, split = 0, sided = 0;
+    surface s;
+    (void)state;
+    mesh_take(&m, make_marked(), 8);
+    for (i = 0; i < m.face_count; i += 3) mesh_tag(&m, m.faces[i].v[0], m.faces[i].v[1], 0, 0);
+    surface_build(&s, &m);
+    for (round = 0; round < 4; round++) {
+        batch_samples(&m, &rng, samples);
+        for (i = 0; i < BATCH; i++) {
+            kinds[psurf_get_patch(&s.patches, patch_of(&s, samples[i].face)).kind]++;
+            split += (((const psurf_facet *)s.tables.facets.data)[patch_of(&s, samples[i].face)]
+                          .piece & PSURF_SPLIT_FACE) != 0;
+            eval_batch(&s, &samples[i], 1, &want[i]);
+            sided += length(cross(load(want[i].at[2]), load(want[i].at[3]))) == 0
+                  && length(load(want[i].at[1])) > 0.5;         /* a one-sided normal */
+        }
+        for (i = 0; i < COUNT_OF(blocks); i++) expect_batches(&s, samples, want, blocks[i], &rng);
+    }
+    for (i = 0; i < PSURF_KIND_COUNT; i++) assert_true(kinds[i] > 100);
+    assert_true(split > 100 && sided >= 20);
+    surface_free(&s);
+    mesh_free(&m);
+}
+
 /* ---- curvature ------------------------------------------------------------------------------- */
 
 static void test_curvature(void **state)
@@ -785,7 +865,8 @@ int main(void)
         cmocka_unit_test(test_poles),       cmocka_unit_test(test_differences),
         cmocka_unit_test(test_outside),     cmocka_unit_test(test_empty_mesh),
         cmocka_unit_test(test_degenerate),
-        cmocka_unit_test(test_outputs),     cmocka_unit_test(test_curvature),
+        cmocka_unit_test(test_outputs),     cmocka_unit_test(test_batches),
+        cmocka_unit_test(test_curvature),
         cmocka_unit_test(test_known_curvature), cmocka_unit_test(test_bounds),
         cmocka_unit_test(test_interpolate)};
     return cmocka_run_group_tests_name("eval", tests, NULL, NULL);

@@ -1,6 +1,5 @@
 /* Control points, vertex data and samples against an independent float64 reference (tests/data, see
    convert.py): to 1e-12 in double, to 2e-5 in float. */
-#define PSURF_IMPLEMENTATION
 #include "common.h"
 
 typedef struct golden {

@@ -1,6 +1,5 @@
 /* What ordinary meshes never meet: ranges that begin beyond their memory, sizes far from 1,
    needles, normals that vanish or nearly do. */
-#define PSURF_IMPLEMENTATION
 #include "patchsurf.h"
 
 #include <math.h>

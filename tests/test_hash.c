@@ -1,7 +1,8 @@
-/* One 64-bit hash per scene over control points and tessellations: the same under every compiler,
-   flag, width and byte order. Compares with tests/data/hashes.txt (double: hashes_double.txt);
-   with --print it only prints the lines of that file. */
-#define PSURF_IMPLEMENTATION
+/* One 64-bit hash per scene over control points, tessellations, samples and curvature: the same
+   under every compiler, flag, instruction set, width and byte order. Compares with
+   tests/data/hashes.txt (double: hashes_double.txt); with --print it only prints the lines of that
+   file; with --set NAME it only compares, and is skipped where another instruction set is in
+   use. */
 #include "common.h"
 
 /* FNV-1a over the bytes of numbers, lowest first, whatever the machine's order is. */
@@ -47,49 +48,103 @@ static uint64_t hash_patches(uint64_t hash, const surface *s)
     return hash;
 }
 
-/* Tessellates the mesh, in ranges of step faces, and hashes all of it. */
+/* Tessellates the mesh, in ranges of step faces, and hashes all of it. interleaved: p.xyz n.xyz,
+   else positions, then normals. */
 static uint64_t hash_tessellation(uint64_t hash, const surface *s, uint32_t rate, uint32_t flags,
-                                  uint32_t step)
+                                  int interleaved, uint32_t step)
 {
     psurf_tess_desc desc;
     psurf_tess_span span;
     psurf_tess_out out;
     uint32_t f;
+    size_t reals;
     memset(&desc, 0, sizeof desc);
     memset(&out, 0, sizeof out);
     desc.rate = rate;
     desc.flags = flags;
     REQUIRE(psurf_tessellate_size(s->topology, &desc, 0, PSURF_NONE, &span) == PSURF_OK, "size\n");
-    out.p = (psurf_real *)grab((size_t)span.vertex_count * 3, sizeof *out.p);
-    out.n = (psurf_real *)grab((size_t)span.vertex_count * 3, sizeof *out.n);
+    reals = (size_t)span.vertex_count * 6;
+    out.p = (psurf_real *)grab(reals, sizeof *out.p);
+    out.n = out.p + (interleaved ? 3 : reals / 2);
+    out.p_stride = out.n_stride = interleaved ? 6 * sizeof *out.p : 0;
     out.indices = grab(span.index_count, sizeof(uint32_t));
     for (f = 0; f < s->info.faces; f += step)
         REQUIRE(psurf_tessellate(&s->patches, &desc, f, step, &out) == PSURF_OK, "tessellate\n");
-    hash = hash_reals(hash, out.p, (size_t)span.vertex_count * 3);
-    hash = hash_reals(hash, out.n, (size_t)span.vertex_count * 3);
+    hash = hash_reals(hash, out.p, reals);
     hash = hash_indices(hash, (const uint32_t *)out.indices, span.index_count);
     free(out.p);
-    free(out.n);
     free(out.indices);
     return hash;
 }
 
-/* Everything about a surface, made in passes and ranges of step items. */
-static uint64_t hash_surface(surface *s, uint32_t step)
+/* Places on every face, on its edges, at its corners and anywhere; then some anywhere on the mesh,
+   face after face at random. */
+enum { GRID = 4, ANYWHERE = 300 };
+static psurf_sample *make_samples(const mesh *m, uint32_t *count)
 {
-    static const uint32_t rates[] = {1, 5, 8};
+    const uint32_t most = m->face_count * MESH_MAX_CORNERS * (GRID + 1) * (GRID + 1) + ANYWHERE;
+    psurf_sample *samples = (psurf_sample *)grab(most, sizeof *samples);
+    uint64_t rng = 9;
+    uint32_t f, sector, i, j, n = 0;
+    for (f = 0; f < m->face_count; f++) {
+        const uint32_t size = m->faces[f].size;
+        for (sector = 0; sector < (size < 5 ? 1 : size); sector++)
+            for (j = 0; j <= GRID; j++)
+                for (i = 0; i <= GRID; i++)
+                    if (size == 4 || i + j <= GRID)
+                        samples[n++] = make_sample(f, sector, (double)i / GRID, (double)j / GRID);
+        samples[n++] = random_sample_of(m, f, &rng);
+    }
+    for (i = 0; i < ANYWHERE; i++) samples[n++] = random_sample(m, &rng);
+    *count = n;
+    return samples;
+}
+
+/* All that psurf_eval gives, and curvature, where it exists: NaN has many forms. */
+static uint64_t hash_points(uint64_t hash, const surface *s, const mesh *m, uint32_t step)
+{
+    enum { WIDTH = 23 };
+    uint32_t count, i, k, block;
+    psurf_sample *samples = make_samples(m, &count);
+    psurf_real *points = (psurf_real *)grab((size_t)count * WIDTH, sizeof *points);
+    for (i = 0; i < count; i += block) {
+        psurf_real *first = points + (size_t)i * WIDTH, gauss[64], mean[64];
+        psurf_points out;
+        block = step < 64 ? step : 64;
+        block = block < count - i ? block : count - i;
+        out.p = first, out.n = first + 3, out.du = first + 6, out.dv = first + 9;
+        out.duu = first + 12, out.duv = first + 15, out.dvv = first + 18;
+        out.stride = WIDTH * sizeof *points;
+        psurf_eval(&s->patches, samples + i, block, &out);
+        psurf_curvature(&s->patches, samples + i, block, gauss, mean);
+        for (k = 0; k < block; k++) {
+            first[k * WIDTH + 21] = isnan(gauss[k]) ? 0 : gauss[k];
+            first[k * WIDTH + 22] = isnan(mean[k]) ? 0 : mean[k];
+        }
+    }
+    hash = hash_reals(hash, points, (size_t)count * WIDTH);
+    free(points);
+    free(samples);
+    return hash;
+}
+
+/* Everything about a surface, made in passes and ranges of step items; tessellated up to a rate. */
+static uint64_t hash_surface(surface *s, const mesh *m, uint32_t finest, uint32_t step)
+{
+    const uint32_t rates[] = {1, 5, finest};
     uint64_t hash = 0xCBF29CE484222325u;
-    uint32_t pass, i, r;
+    uint32_t pass, i, r, flags;
     for (pass = 0; pass < PSURF_PASS_COUNT; pass++)
         for (i = 0; i < s->patches.layout.pass_items[pass]; i += step)
             REQUIRE(psurf_construct_pass(&s->patches, &s->construct, (psurf_pass)pass, i, step)
                         == PSURF_OK, "construct\n");
     hash = hash_patches(hash, s);
-    for (r = 0; r < COUNT_OF(rates); r++) {
-        hash = hash_tessellation(hash, s, rates[r], 0, step);
-        hash = hash_tessellation(hash, s, rates[r], PSURF_TESS_PER_FACE, step);
-    }
-    return hash;
+    for (r = 0; r < COUNT_OF(rates); r++)
+        for (flags = 0; flags <= PSURF_TESS_PER_FACE; flags++) {
+            hash = hash_tessellation(hash, s, rates[r], flags, 0, step);
+            if (r == 1) hash = hash_tessellation(hash, s, rates[r], flags, 1, step);
+        }
+    return hash_points(hash, s, m, step);
 }
 
 /* ---- scenes ---------------------------------------------------------------------------------- */
@@ -209,12 +264,25 @@ static mesh scene_split(void)
     return m;
 }
 
+/* Every kind of patch once or a few times, to be cut fine. */
+static mesh scene_fine(void)
+{
+    mesh m = make_latlong(5, 2);
+    uint64_t rng = 9;
+    uint32_t n;
+    for (n = 3; n <= 6; n++) mesh_take(&m, make_cylinder(n, 1), 4.0 * n);
+    mesh_jitter(&m, &rng, 0.0625);
+    return m;
+}
+
 enum { CLOSED_SCENES = 7 };             /* the first ones: of 3 to 5 corners a face, not marked */
-static const struct { const char *name; mesh (*make)(void); } scenes[] = {
-    {"dodecahedron", scene_dodecahedron}, {"torus", scene_torus},       {"poles", scene_poles},
-    {"triangles", scene_triangles},       {"creature", scene_creature}, {"random", scene_random},
-    {"blends", scene_blends},             {"open", scene_open},         {"hard", scene_hard},
-    {"split", scene_split}};
+static const struct { const char *name; mesh (*make)(void); uint32_t finest; } scenes[] = {
+    {"dodecahedron", scene_dodecahedron, 8}, {"torus", scene_torus, 8},
+    {"poles", scene_poles, 8},               {"triangles", scene_triangles, 8},
+    {"creature", scene_creature, 8},         {"random", scene_random, 8},
+    {"blends", scene_blends, 8},             {"open", scene_open, 8},
+    {"hard", scene_hard, 8},                 {"split", scene_split, 8},
+    {"fine", scene_fine, 75}};
 
 static uint64_t hash_scene(uint32_t i, uint32_t step)
 {
@@ -222,7 +290,7 @@ static uint64_t hash_scene(uint32_t i, uint32_t step)
     surface s;
     uint64_t hash;
     surface_build(&s, &m);
-    hash = hash_surface(&s, step);
+    hash = hash_surface(&s, &m, scenes[i].finest, step);
     surface_free(&s);
     mesh_free(&m);
     return hash;
@@ -342,11 +410,40 @@ static void test_one_bit(void **state)
     mesh_free(&m);
 }
 
+/* The instruction set that the compiler, its flags and the processor let the library use. */
+static const char *expected_set(void)
+{
+#if defined(PSURF_NO_SIMD)
+    return "scalar";
+#elif defined(__SSE2__)
+#ifndef PSURF_NO_AVX2
+    if (!IS_DOUBLE && __builtin_cpu_supports("avx2")) return "avx2";
+#endif
+    return IS_DOUBLE ? "scalar" : "sse2";
+#elif defined(__aarch64__)
+    return IS_DOUBLE ? "scalar" : "neon";
+#else
+    return "scalar";
+#endif
+}
+
+static void test_set_in_use(void **state)
+{
+    (void)state;
+    assert_string_equal(psurf_simd_name(), expected_set());
+}
+
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_scenes),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_set_in_use),
+                                       cmocka_unit_test(test_scenes),
                                        cmocka_unit_test(test_scenes_cover),
                                        cmocka_unit_test(test_one_bit)};
     if (argc > 1 && !strcmp(argv[1], "--print")) return compare_scenes(1) != 0;
+    if (argc > 2 && !strcmp(argv[1], "--set")) {
+        if (!strcmp(argv[2], psurf_simd_name())) return compare_scenes(0) != 0;
+        printf("%s is in use here, not %s\n", psurf_simd_name(), argv[2]);
+        return 77;
+    }
     return cmocka_run_group_tests_name("hash", tests, NULL, NULL);
 }

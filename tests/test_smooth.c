@@ -1,6 +1,5 @@
 /* Smoothness, measured: tangent planes across every kind of edge, derivatives inside Pm patches,
    and what the construction must reproduce whatever its formulas look like. */
-#define PSURF_IMPLEMENTATION
 #include "common.h"
 
 /* ---- tangent planes across edges ------------------------------------------------------------- */

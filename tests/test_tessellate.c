@@ -1,6 +1,5 @@
 /* Tessellation: what per-face and welded output have in common bit for bit, closedness, ranges,
    limits; and psurf_check and psurf_smooth, which are made of it. */
-#define PSURF_IMPLEMENTATION
 #include "common.h"
 
 typedef struct tess {
@@ -59,21 +58,27 @@ static uint32_t first_corner(const surface *s, uint32_t facet)
     return s->tables.kind_first_corner[kind] + (facet - s->tables.kind_first[kind]) * sides[kind];
 }
 
+/* Faces begin at every corner in turn. */
+static void turn_corners(mesh *m)
+{
+    uint32_t f, k;
+    for (f = 0; f < m->face_count; f++) {
+        const mesh_face_data old = m->faces[f];
+        for (k = 0; k < old.size; k++) m->faces[f].v[k] = old.v[(k + f) % old.size];
+    }
+}
+
 /* The creature, its corners turned, beside other shapes: every kind and every corner. */
 static mesh make_scene(uint64_t seed)
 {
     uint64_t rng = seed;
     mesh m = make_creature(), ball = make_latlong(5, 1), torus = make_torus(6, 5);
-    uint32_t f, k;
     mesh_split_quads(&torus, &rng, 30);
     mesh_scramble(&torus, &rng, 6);
     mesh_append(&m, &ball, 8);
     mesh_append(&m, &torus, 16);
     mesh_jitter(&m, &rng, 0.04);
-    for (f = 0; f < m.face_count; f++) {
-        mesh_face_data old = m.faces[f];
-        for (k = 0; k < old.size; k++) m.faces[f].v[k] = old.v[(k + f) % old.size];
-    }
+    turn_corners(&m);
     mesh_free(&ball);
     mesh_free(&torus);
     return m;
@@ -541,6 +546,322 @@ static void test_index16(void **state)
     mesh_free(&cube);
 }
 
+/* ---- layouts of the output, groups of facets ------------------------------------------------- */
+
+/* Where p and n go, in reals; distances from the start of one block of memory. */
+enum { NOWHERE = -1, AFTER = -2 };              /* no such output; past the end of the other one */
+typedef struct layout { int p, n; uint32_t p_stride, n_stride; } layout;
+
+static const layout layouts[] = {
+    {0, AFTER, 0, 0},           {0, 3, 6, 6},           {0, NOWHERE, 0, 0},
+    {NOWHERE, 0, 0, 0},         {0, 3, 8, 8},           {2, 6, 10, 10},
+    {3, 0, 6, 6},               {0, AFTER, 4, 7},       {0, NOWHERE, 8, 0},
+    {NOWHERE, 0, 0, 5},         {0, AFTER, 6, 6},       {AFTER, 0, 0, 6},
+    {0, 3, 24, 24},             {0, 3, 8, 16}
+};
+
+/* Reals of an output's elements and of all of them. */
+static size_t layout_step(uint32_t stride) { return stride ? stride : 3; }
+
+/* Puts what the range must write where a layout wants it. */
+static void place_range(const tess *whole, const psurf_real *from, const psurf_tess_span *span,
+                        uint32_t first, uint32_t count, psurf_real *to, size_t step)
+{
+    uint32_t i;
+    if (!to) return;
+    for (i = 0; i < span->vertex_count; i++) {
+        const size_t vertex = (size_t)span->first_vertex + i;
+        if (whole->where[vertex].face - first < count)  /* welded, others belong to other faces */
+            memcpy(to + i * step, from + 3 * vertex, 3 * sizeof *to);
+    }
+}
+
+/* A range in a layout: the bits of the whole in their places, and all else as it was, between the
+   elements and round the arrays. */
+static void expect_layout(const surface *s, const tess *whole, uint32_t first, uint32_t count,
+                          const layout *l)
+{
+    enum { ROUND = 32 };                        /* reals on both sides that must stay */
+    const size_t p_step = layout_step(l->p_stride), n_step = layout_step(l->n_stride);
+    size_t size, i, p_at, n_at;
+    psurf_real *want, *got;
+    psurf_tess_span span;
+    psurf_tess_out out;
+    memset(&out, 0, sizeof out);
+    assert_int_equal(psurf_tessellate_size(s->topology, &whole->desc, first, count, &span),
+                     PSURF_OK);
+    size = 2 * ROUND + (p_step + n_step) * span.vertex_count;
+    p_at = l->p == AFTER ? ROUND + n_step * span.vertex_count : ROUND + (size_t)l->p;
+    n_at = l->n == AFTER ? ROUND + p_step * span.vertex_count : ROUND + (size_t)l->n;
+    want = (psurf_real *)grab(size, sizeof *want);
+    got = (psurf_real *)grab(size, sizeof *got);
+    for (i = 0; i < size; i++) want[i] = got[i] = -77;
+    if (l->p != NOWHERE) {
+        out.p = got + p_at;
+        place_range(whole, whole->p, &span, first, count, want + p_at, p_step);
+    }
+    if (l->n != NOWHERE) {
+        out.n = got + n_at;
+        place_range(whole, whole->n, &span, first, count, want + n_at, n_step);
+    }
+    out.p_stride = l->p_stride * sizeof *got;
+    out.n_stride = l->n_stride * sizeof *got;
+    out.first_vertex = span.first_vertex;
+    out.first_index = span.first_index;
+    assert_int_equal(psurf_tessellate(&s->patches, &whole->desc, first, count, &out), PSURF_OK);
+    for (i = 0; i < size && !memcmp(&want[i], &got[i], sizeof *got);) i++;
+    REQUIRE(i == size, "real %u of %u: faces %u + %u, rate %u, flags %u, strides %u, %u\n",
+            (unsigned)i, (unsigned)size, (unsigned)first, (unsigned)count,
+            (unsigned)whole->desc.rate, (unsigned)whole->desc.flags, (unsigned)l->p_stride,
+            (unsigned)l->n_stride);
+    free(want);
+    free(got);
+}
+
+/* Few faces, of every kind: fans of eight and more that begin at different corners, and faces that
+   are split, of 3, 4 and more corners. */
+static mesh make_few(void)
+{
+    mesh m = make_latlong(5, 2), part;
+    uint64_t rng = 10;
+    uint32_t k;
+    mesh_take(&m, make_cylinder(3, 1), 8);
+    mesh_take(&m, make_cylinder(5, 1), 12);
+    mesh_take(&m, make_cylinder(7, 1), 16);
+    part = make_cube();
+    for (k = 0; k < 4; k++) mesh_hard(&part, part.faces[2].v[k], part.faces[2].v[(k + 1) % 4]);
+    mesh_take(&m, part, 20);
+    part = make_tetrahedron();
+    for (k = 0; k < 3; k++) mesh_hard(&part, part.faces[1].v[k], part.faces[1].v[(k + 1) % 3]);
+    mesh_take(&m, part, 24);
+    mesh_jitter(&m, &rng, 0.0625);
+    turn_corners(&m);
+    return m;
+}
+
+static void test_few_has_all(void **state)
+{
+    mesh m = make_few();
+    surface s;
+    uint32_t f, kinds[PSURF_KIND_COUNT] = {0}, turns[3] = {0}, split[MESH_MAX_CORNERS] = {0};
+    (void)state;
+    surface_build(&s, &m);
+    for (f = 0; f < m.face_count; f++) {
+        const uint32_t facet = patch_of(&s, f);
+        const uint32_t piece = ((const psurf_facet *)s.tables.facets.data)[facet].piece;
+        const psurf_kind kind = psurf_get_patch(&s.patches, facet).kind;
+        kinds[kind]++;
+        if (kind == PSURF_POLAR) turns[piece >> 16 & 3]++;
+        if (is_split(&s, f)) split[m.faces[f].size]++;
+    }
+    for (f = 0; f < PSURF_KIND_COUNT; f++) assert_true(kinds[f] >= 2);
+    for (f = 0; f < 3; f++) assert_true(turns[f] >= 2);
+    assert_true(kinds[PSURF_POLAR] >= 10);
+    assert_true(split[3] && split[4] && split[7]);
+    surface_free(&s);
+    mesh_free(&m);
+}
+
+/* The layouts before count at one rate, of the whole and of ranges. */
+static void expect_layouts(const surface *s, uint32_t rate, uint32_t count, uint32_t ranges,
+                           uint64_t *rng)
+{
+    uint32_t flags, i, round;
+    for (flags = 0; flags <= PSURF_TESS_PER_FACE; flags++) {
+        tess whole = tessellate(s, rate, flags);
+        for (i = 0; i < count; i++) {
+            expect_layout(s, &whole, 0, s->info.faces, &layouts[i]);
+            for (round = 0; round < ranges; round++) {
+                const uint32_t first = random_below(rng, s->info.faces);
+                expect_layout(s, &whole, first, 1 + random_below(rng, s->info.faces - first),
+                              &layouts[i]);
+            }
+        }
+        tess_free(&whole);
+    }
+}
+
+static void test_layouts(void **state)
+{
+    static const uint32_t rates[] = {1, 2, 3, 4, 5, 8, 13, 16, 33, 64, 65, 70, 129};
+    mesh few = make_few();
+    surface s;
+    uint64_t rng = 11;
+    uint32_t i, scene;
+    (void)state;
+    for (scene = 0; scene < SCENES; scene++) {
+        mesh m = make_scene_of(scene, 11);
+        surface_build(&s, &m);
+        expect_layouts(&s, 5, COUNT_OF(layouts), 3, &rng);
+        surface_free(&s);
+        mesh_free(&m);
+    }
+    surface_build(&s, &few);
+    for (i = 0; i < COUNT_OF(rates); i++) {
+        const int coarse = rates[i] < 33;
+        expect_layouts(&s, rates[i], coarse ? COUNT_OF(layouts) : 4, coarse ? 3 : 1, &rng);
+    }
+    surface_free(&s);
+    mesh_free(&few);
+}
+
+/* Meshes of one kind of patch, more faces than a group takes, and one of split faces. */
+enum { UNIFORM = 6 };
+static mesh make_uniform(uint32_t which)
+{
+    mesh m = which == 0   ? make_torus(5, 4)
+             : which == 1 ? make_latlong(11, 1)
+             : which == 2 ? make_triangle_ball(5)
+             : which == 3 ? make_cube()
+             : which == 4 ? make_dodecahedron()
+                          : make_polygon(9);
+    uint32_t k;
+    uint64_t rng = 12 + which;
+    for (k = 1; k < 10 && which == 5; k++) mesh_take(&m, make_polygon(6 + k % 5), 4.0 * k);
+    for (k = 1; k < 3 && which == 3; k++) mesh_take(&m, make_cube(), 4.0 * k);
+    mesh_jitter(&m, &rng, 0.0625);
+    turn_corners(&m);
+    return m;
+}
+
+/* However many facets meet in a group, and in whichever lanes: 1 to 9, and 10 in a call. */
+static void test_groups(void **state)
+{
+    static const uint32_t rates[] = {1, 3, 8};
+    uint32_t which, i, flags, first, count;
+    (void)state;
+    for (which = 0; which < UNIFORM; which++) {
+        mesh m = make_uniform(which);
+        surface s;
+        surface_build(&s, &m);
+        if (which < PSURF_KIND_COUNT) assert_int_equal(s.info.kind_faces[which], m.face_count);
+        assert_true(m.face_count >= 10);
+        for (i = 0; i < COUNT_OF(rates) * 2; i++) {
+            tess whole;
+            flags = i & 1;
+            whole = tessellate(&s, rates[i / 2], flags);
+            for (count = 1; count <= 10; count++)
+                for (first = 0; first + count <= m.face_count; first += 1 + which % 2)
+                    expect_layout(&s, &whole, first, count, &layouts[(first + count) % 4]);
+            tess_free(&whole);
+        }
+        surface_free(&s);
+        mesh_free(&m);
+    }
+}
+
+/* ---- neighbours in a group ------------------------------------------------------------------- */
+
+typedef enum defect {
+    CREASED, NOT_A_NUMBER, INFINITE, IN_A_POINT, ON_A_LINE, TINY, HUGE_, DEFECTS
+} defect;
+
+/* Shuffles the faces. */
+static void mesh_shuffle(mesh *m, uint64_t *rng)
+{
+    uint32_t i, k;
+    for (i = m->face_count; i > 1; i--) {
+        mesh_face_data swap = m->faces[i - 1];
+        m->faces[i - 1] = m->faces[k = random_below(rng, i)];
+        m->faces[k] = swap;
+    }
+}
+
+/* Blend ratios for some edges at the vertices before count. */
+static void tag_some(mesh *m, uint32_t count, uint64_t *rng)
+{
+    uint32_t f, k;
+    for (f = 0; f < m->face_count; f++)
+        for (k = 0; k < m->faces[f].size; k++)
+            if (m->faces[f].v[k] < count && random_below(rng, 4) == 0)
+                mesh_tag(m, m->faces[f].v[k], m->faces[f].v[(k + 1) % m->faces[f].size], 0.25,
+                         random_below(rng, 2) / 2.0);
+}
+
+/* Spoils what the tags mark, or the vertices before count. */
+static void spoil(mesh *m, surface *s, defect what, uint32_t count)
+{
+    uint32_t i;
+    for (i = 0; i < m->tag_count && what == CREASED; i++) m->tags[i].blend0 = 0;
+    surface_build(s, m);
+    if (what == NOT_A_NUMBER) s->positions[0] = (psurf_real)NAN;
+    if (what == INFINITE) s->positions[1] = (psurf_real)INFINITY;
+    for (i = 0; i < 3 * count; i++) {
+        psurf_real *x = &s->positions[i];
+        if (what == IN_A_POINT || (what == ON_A_LINE && i % 3)) *x = 1;
+        if (what == TINY) *x *= (psurf_real)(IS_DOUBLE ? 1e-90 : 1e-15);
+        if (what == HUGE_) *x *= (psurf_real)(IS_DOUBLE ? 1e60 : 1e9);
+    }
+    assert_int_equal(psurf_construct(&s->patches, &s->construct), PSURF_OK);
+}
+
+static uint32_t count_faces(const mesh *m, uint32_t below)
+{
+    uint32_t f, n = 0;
+    for (f = 0; f < m->face_count; f++) n += m->faces[f].v[0] < below;
+    return n;
+}
+
+/* What became of the spoilt faces: non-finite results, normals that are zero. */
+static void expect_spoilt(const tess *t, const mesh *m, uint32_t below, defect what)
+{
+    uint32_t i, nonfinite = 0, flat = 0, all = 0;
+    for (i = 0; i < t->span.vertex_count; i++) {
+        const vec p = load(t->p + 3 * i), n = load(t->n + 3 * i);
+        if (m->faces[t->where[i].face].v[0] >= below) {
+            assert_true(is_finite_vec(p) && fabs(length(n) - 1) < 1e-5);
+            continue;
+        }
+        all++;
+        nonfinite += !is_finite_vec(p);
+        flat += length(n) == 0;
+        if (what == CREASED || what == TINY || what == HUGE_)
+            assert_true(is_finite_vec(p) && fabs(length(n) - 1) < 1e-5);
+    }
+    assert_true(all > 0);
+    assert_true((nonfinite > 0) == (what == NOT_A_NUMBER || what == INFINITE));
+    if (what == IN_A_POINT || what == ON_A_LINE) assert_int_equal(flat, all);
+}
+
+/* Faces that share groups with spoilt ones have the bits they have among their like; and the spoilt
+   ones those they have alone. */
+static void test_neighbours(void **state)
+{
+    uint64_t rng = 13;
+    uint32_t which, what, f, i;
+    (void)state;
+    for (which = 0; which < UNIFORM; which++)
+        for (what = 0; what < DEFECTS; what++) {
+            mesh m = make_uniform(which), twin = make_uniform(which);
+            const uint32_t below = m.vertex_count;
+            surface healthy, spoilt;
+            tess a, b;
+            mesh_take(&m, twin, 8.0 * 8);
+            mesh_shuffle(&m, &rng);
+            assert_int_equal(2 * count_faces(&m, below), m.face_count);
+            tag_some(&m, below, &rng);
+            surface_build(&healthy, &m);
+            spoil(&m, &spoilt, (defect)what, below);
+            a = tessellate(&healthy, 6, PSURF_TESS_PER_FACE);
+            b = tessellate(&spoilt, 6, PSURF_TESS_PER_FACE);
+            expect_spoilt(&b, &m, below, (defect)what);
+            for (i = 0; i < b.span.vertex_count; i++) {
+                if (m.faces[b.where[i].face].v[0] < below) continue;
+                REQUIRE(same_bits(a.p + 3 * i, b.p + 3 * i)
+                            && same_bits(a.n + 3 * i, b.n + 3 * i),
+                        "mesh %u, defect %u, face %u\n", (unsigned)which, (unsigned)what,
+                        (unsigned)b.where[i].face);
+            }
+            for (f = 0; f < m.face_count; f++)
+                expect_layout(&spoilt, &b, f, 1, &layouts[f % 4]);
+            tess_free(&a);
+            tess_free(&b);
+            surface_free(&healthy);
+            surface_free(&spoilt);
+            mesh_free(&m);
+        }
+}
+
 /* ---- psurf_check ----------------------------------------------------------------------------- */
 
 /* Number, in a per-face tessellation, of the sample k of rate on edge i of a face. */
@@ -805,6 +1126,8 @@ int main(void)
         cmocka_unit_test(test_where),            cmocka_unit_test(test_numbering),
         cmocka_unit_test(test_ranges),
         cmocka_unit_test(test_empty_ranges),     cmocka_unit_test(test_index16),
+        cmocka_unit_test(test_few_has_all),      cmocka_unit_test(test_layouts),
+        cmocka_unit_test(test_groups),           cmocka_unit_test(test_neighbours),
         cmocka_unit_test(test_no_cracks),        cmocka_unit_test(test_cracks_are_found),
         cmocka_unit_test(test_check_accounts),   cmocka_unit_test(test_bounds_of_pieces),
         cmocka_unit_test(test_smooth_call)};

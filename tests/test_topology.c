@@ -1,6 +1,5 @@
 /* Counts, classes and tables of the topology against a second reading of the mesh (edge_map and
    classify_faces of common.h), and against the rules written in the header. */
-#define PSURF_IMPLEMENTATION
 #include "common.h"
 
 static const psurf_ring *rings_of(const surface *s)
