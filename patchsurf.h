@@ -4771,11 +4771,10 @@ static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(
                                             int normals, psurf__cursor cursors[2])
 {
     const psurf__l3 *origin = &line->facets->origin;
-    uint32_t k, side;
+    uint32_t k;
     for (k = k0; k < k1; k++) {
         const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
         const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
-        const uint32_t sides = r->n - k < r->end && 2 * k != r->n ? 2 : 1;
         PSURF__K(sample) s[2];
         if ((edge || !quartic) && k == 0) {
             psurf__l3_put(&s[0].p, *line->ends[0]);
@@ -4790,8 +4789,9 @@ static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(
             PSURF__K(both_sides)(line->u, quartic ? 3 : 2, h, hh, &s[0].u, &s[1].u);
             PSURF__K(both_sides)(line->w, 3, h, hh, &s[0].w, &s[1].w);
         }
-        for (side = k < r->begin; side < sides; side++)
-            PSURF__K(write)(r, line, side ? r->n - k : k, &s[side], normals, &cursors[side]);
+        if (k >= r->begin) PSURF__K(write)(r, line, k, &s[0], normals, &cursors[0]);
+        if (r->n - k < r->end && 2 * k != r->n)
+            PSURF__K(write)(r, line, r->n - k, &s[1], normals, &cursors[1]);
     }
 }
 
