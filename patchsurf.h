@@ -732,6 +732,11 @@ PSURF_API int psurf_exact(void);
 #else
 #define PSURF__UNROLL
 #endif
+#if defined(__GNUC__)
+#define PSURF__LIKELY(condition) __builtin_expect(!!(condition), 1)
+#else
+#define PSURF__LIKELY(condition) (condition)
+#endif
 
 #ifndef PSURF_SELF
 #define PSURF_SELF "patchsurf.h"
@@ -4418,9 +4423,6 @@ typedef struct PSURF__K(line) {
     psurf__l3 inside[5], u[4], w[4], on_sides[2];
 } PSURF__K(line);
 
-/* Two samples of a line, at the same distance from its middle. */
-typedef struct PSURF__K(sample) { psurf__l3 p, u, w; } PSURF__K(sample);
-
 /* Where du and dv may be parallel: q <= eps^2 |du|^2 |dv|^2. With a bound of the lengths, told by
    how far the points lie apart, most samples need no closer look; see psurf__unit_cross. */
 static void PSURF__K(find_parallel)(PSURF__K(facets) *f, uint32_t count)
@@ -4710,19 +4712,20 @@ static void PSURF__K(sector_line)(const PSURF__K(facets) *f, const psurf__run *r
 }
 
 /* Looks closer at the normals of some lanes, bits of unsure. */
-static void PSURF__K(mend)(const psurf__run *r, uint32_t k, const PSURF__K(sample) *s,
-                           unsigned unsure, psurf__l3 *n)
+static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, psurf__l3 w,
+                                psurf__l3 n, unsigned unsure)
 {
     psurf_real us[3][8], ws[3][8], ns[3][8];
     uint32_t i;
-    psurf__l3_store(us, s->u);
-    psurf__l3_store(ws, s->w);
-    psurf__l3_store(ns, *n);
+    psurf__l3_store(us, u);
+    psurf__l3_store(ws, w);
+    psurf__l3_store(ns, n);
     for (i = 0; i < r->group->count; i++)
         if (unsure >> i & 1) psurf__mend_normal(r, k, i, us, ws, ns);
-    n->x = psurf__l_load(ns[0]);
-    n->y = psurf__l_load(ns[1]);
-    n->z = psurf__l_load(ns[2]);
+    n.x = psurf__l_load(ns[0]);
+    n.y = psurf__l_load(ns[1]);
+    n.z = psurf__l_load(ns[2]);
+    return n;
 }
 
 /* A polynomial at h before and behind the middle: its even and odd parts, apart and together. */
@@ -4739,26 +4742,26 @@ static PSURF__INLINE void PSURF__K(both_sides)(const psurf__l3 *c, int degree, p
 
 /* One sample of all lanes to where the cursor points. */
 static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(line) *line,
-                                          uint32_t k, const PSURF__K(sample) *s, int normals,
-                                          psurf__cursor *c)
+                                          uint32_t k, psurf__l3 p, psurf__l3 u, psurf__l3 w,
+                                          int normals, psurf__cursor *c)
 {
     psurf__lanes q;
     psurf__l3 n;
     unsigned sure;
     if (!normals) {
-        psurf__l_write3(s->p.x, s->p.y, s->p.z, c->p, c->p_at);
+        psurf__l_write3(p.x, p.y, p.z, c->p, c->p_at);
         psurf__advance(c);
         return;
     }
-    n = psurf__l3_cross(s->u, s->w);
+    n = psurf__l3_cross(u, w);
     q = psurf__l3_dot(n, n);
     sure = psurf__l_greater(q, line->facets->parallel);
     n = psurf__l3_mul(n, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
-    if (sure != 0xFFu) PSURF__K(mend)(r, k, s, ~sure, &n);
+    if (!PSURF__LIKELY(sure == 0xFFu)) n = PSURF__K(mend)(r, k, u, w, n, ~sure);
     if (c->interleaved) {
-        psurf__l_write6(s->p.x, s->p.y, s->p.z, n.x, n.y, n.z, c->p, c->p_at);
+        psurf__l_write6(p.x, p.y, p.z, n.x, n.y, n.z, c->p, c->p_at);
     } else {
-        psurf__l_write3(s->p.x, s->p.y, s->p.z, c->p, c->p_at);
+        psurf__l_write3(p.x, p.y, p.z, c->p, c->p_at);
         psurf__l_write3(n.x, n.y, n.z, c->n, c->n_at);
     }
     psurf__advance(c);
@@ -4775,23 +4778,24 @@ static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(
     for (k = k0; k < k1; k++) {
         const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
         const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
-        PSURF__K(sample) s[2];
+        psurf__l3 first, last, u_first, u_last, w_first, w_last;
         if ((edge || !quartic) && k == 0) {
-            psurf__l3_put(&s[0].p, *line->ends[0]);
-            psurf__l3_put(&s[1].p, *line->ends[1]);
+            psurf__l3_put(&first, *line->ends[0]);
+            psurf__l3_put(&last, *line->ends[1]);
         } else {
-            psurf__l3 before, behind;
-            PSURF__K(both_sides)(line->p, quartic && !edge ? 4 : 3, h, hh, &before, &behind);
-            psurf__l3_put(&s[0].p, edge ? before : psurf__l3_add(*origin, before));
-            psurf__l3_put(&s[1].p, edge ? behind : psurf__l3_add(*origin, behind));
+            PSURF__K(both_sides)(line->p, quartic && !edge ? 4 : 3, h, hh, &first, &last);
+            if (!edge) first = psurf__l3_add(*origin, first);
+            if (!edge) last = psurf__l3_add(*origin, last);
         }
+        u_first = u_last = w_first = w_last = first;
         if (normals) {
-            PSURF__K(both_sides)(line->u, quartic ? 3 : 2, h, hh, &s[0].u, &s[1].u);
-            PSURF__K(both_sides)(line->w, 3, h, hh, &s[0].w, &s[1].w);
+            PSURF__K(both_sides)(line->u, quartic ? 3 : 2, h, hh, &u_first, &u_last);
+            PSURF__K(both_sides)(line->w, 3, h, hh, &w_first, &w_last);
         }
-        if (k >= r->begin) PSURF__K(write)(r, line, k, &s[0], normals, &cursors[0]);
-        if (r->n - k < r->end && 2 * k != r->n)
-            PSURF__K(write)(r, line, r->n - k, &s[1], normals, &cursors[1]);
+        if (PSURF__LIKELY(k >= r->begin))
+            PSURF__K(write)(r, line, k, first, u_first, w_first, normals, &cursors[0]);
+        if (PSURF__LIKELY(r->n - k < r->end && 2 * k != r->n))
+            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals, &cursors[1]);
     }
 }
 
@@ -6290,6 +6294,7 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__SQRT
 #undef PSURF__INLINE
 #undef PSURF__UNROLL
+#undef PSURF__LIKELY
 #undef PSURF__CARVE
 #undef PSURF__CARVE_TABLE
 #undef PSURF__ASSERT_SIZE
