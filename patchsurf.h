@@ -3575,38 +3575,40 @@ static void psurf__l_columns(const float *const p[8], uint32_t count, psurf__lan
     }
 }
 
-/* One real to each of four lanes. */
-static PSURF__INLINE void PSURF__K(write_each)(__m128 a, float *const to[4], ptrdiff_t at)
+/* Both parts of a lane one after the other: a processor may take two to one line at a time. */
+static PSURF__INLINE void PSURF__K(write3_half)(__m128 xy0, __m128 xy2, __m128 z,
+                                                float *const to[4], ptrdiff_t at)
 {
-    _mm_store_ss(to[0] + at, a);
-    _mm_store_ss(to[1] + at, _mm_movehdup_ps(a));
-    _mm_store_ss(to[2] + at, _mm_unpackhi_ps(a, a));
-    _mm_store_ss(to[3] + at, _mm_shuffle_ps(a, a, 0xFF));
+    _mm_storel_pi((__m64 *)(void *)(to[0] + at), xy0);
+    _mm_store_ss(to[0] + at + 2, z);
+    _mm_storeh_pi((__m64 *)(void *)(to[1] + at), xy0);
+    _mm_store_ss(to[1] + at + 2, _mm_movehdup_ps(z));
+    _mm_storel_pi((__m64 *)(void *)(to[2] + at), xy2);
+    _mm_store_ss(to[2] + at + 2, _mm_unpackhi_ps(z, z));
+    _mm_storeh_pi((__m64 *)(void *)(to[3] + at), xy2);
+    _mm_store_ss(to[3] + at + 2, _mm_shuffle_ps(z, z, 0xFF));
 }
 
 static PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
                                           float *const to[8], ptrdiff_t at)
 {
     const __m256 low = _mm256_unpacklo_ps(x, y), high = _mm256_unpackhi_ps(x, y);
-    const __m128 low4 = _mm256_extractf128_ps(low, 1), high4 = _mm256_extractf128_ps(high, 1);
-    const __m128 z0 = _mm256_castps256_ps128(z), z4 = _mm256_extractf128_ps(z, 1);
-    _mm_storel_pi((__m64 *)(void *)(to[0] + at), _mm256_castps256_ps128(low));
-    _mm_storeh_pi((__m64 *)(void *)(to[1] + at), _mm256_castps256_ps128(low));
-    _mm_storel_pi((__m64 *)(void *)(to[2] + at), _mm256_castps256_ps128(high));
-    _mm_storeh_pi((__m64 *)(void *)(to[3] + at), _mm256_castps256_ps128(high));
-    _mm_storel_pi((__m64 *)(void *)(to[4] + at), low4);
-    _mm_storeh_pi((__m64 *)(void *)(to[5] + at), low4);
-    _mm_storel_pi((__m64 *)(void *)(to[6] + at), high4);
-    _mm_storeh_pi((__m64 *)(void *)(to[7] + at), high4);
-    PSURF__K(write_each)(z0, to, at + 2);
-    PSURF__K(write_each)(z4, to + 4, at + 2);
+    PSURF__K(write3_half)(_mm256_castps256_ps128(low), _mm256_castps256_ps128(high),
+                          _mm256_castps256_ps128(z), to, at);
+    PSURF__K(write3_half)(_mm256_extractf128_ps(low, 1), _mm256_extractf128_ps(high, 1),
+                          _mm256_extractf128_ps(z, 1), to + 4, at);
 }
 
-/* The first four reals of two lanes: the halves of a. */
-static PSURF__INLINE void PSURF__K(write_two)(__m256 a, float *low, float *high)
+/* Two lanes: the halves of abcd, then the first or second two reals of ef0 and ef4. */
+static PSURF__INLINE void PSURF__K(write6_two)(__m256d abcd, __m128 ef0, __m128 ef4, int second,
+                                               float *low, float *high)
 {
-    _mm_storeu_ps(low, _mm256_castps256_ps128(a));
-    _mm_storeu_ps(high, _mm256_extractf128_ps(a, 1));
+    _mm_storeu_ps(low, _mm256_castps256_ps128(_mm256_castpd_ps(abcd)));
+    if (second) _mm_storeh_pi((__m64 *)(void *)(low + 4), ef0);
+    else _mm_storel_pi((__m64 *)(void *)(low + 4), ef0);
+    _mm_storeu_ps(high, _mm256_extractf128_ps(_mm256_castpd_ps(abcd), 1));
+    if (second) _mm_storeh_pi((__m64 *)(void *)(high + 4), ef4);
+    else _mm_storel_pi((__m64 *)(void *)(high + 4), ef4);
 }
 
 static PSURF__INLINE void psurf__l_write6(psurf__lanes a, psurf__lanes b, psurf__lanes c,
@@ -3618,19 +3620,12 @@ static PSURF__INLINE void psurf__l_write6(psurf__lanes a, psurf__lanes b, psurf_
     const __m256d cd0 = _mm256_castps_pd(_mm256_unpacklo_ps(c, d));
     const __m256d cd2 = _mm256_castps_pd(_mm256_unpackhi_ps(c, d));
     const __m256 ef0 = _mm256_unpacklo_ps(e, f), ef2 = _mm256_unpackhi_ps(e, f);
-    const __m128 ef4 = _mm256_extractf128_ps(ef0, 1), ef6 = _mm256_extractf128_ps(ef2, 1);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpacklo_pd(ab0, cd0)), to[0] + at, to[4] + at);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpackhi_pd(ab0, cd0)), to[1] + at, to[5] + at);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpacklo_pd(ab2, cd2)), to[2] + at, to[6] + at);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpackhi_pd(ab2, cd2)), to[3] + at, to[7] + at);
-    _mm_storel_pi((__m64 *)(void *)(to[0] + at + 4), _mm256_castps256_ps128(ef0));
-    _mm_storeh_pi((__m64 *)(void *)(to[1] + at + 4), _mm256_castps256_ps128(ef0));
-    _mm_storel_pi((__m64 *)(void *)(to[2] + at + 4), _mm256_castps256_ps128(ef2));
-    _mm_storeh_pi((__m64 *)(void *)(to[3] + at + 4), _mm256_castps256_ps128(ef2));
-    _mm_storel_pi((__m64 *)(void *)(to[4] + at + 4), ef4);
-    _mm_storeh_pi((__m64 *)(void *)(to[5] + at + 4), ef4);
-    _mm_storel_pi((__m64 *)(void *)(to[6] + at + 4), ef6);
-    _mm_storeh_pi((__m64 *)(void *)(to[7] + at + 4), ef6);
+    const __m128 low0 = _mm256_castps256_ps128(ef0), low2 = _mm256_castps256_ps128(ef2);
+    const __m128 high0 = _mm256_extractf128_ps(ef0, 1), high2 = _mm256_extractf128_ps(ef2, 1);
+    PSURF__K(write6_two)(_mm256_unpacklo_pd(ab0, cd0), low0, high0, 0, to[0] + at, to[4] + at);
+    PSURF__K(write6_two)(_mm256_unpackhi_pd(ab0, cd0), low0, high0, 1, to[1] + at, to[5] + at);
+    PSURF__K(write6_two)(_mm256_unpacklo_pd(ab2, cd2), low2, high2, 0, to[2] + at, to[6] + at);
+    PSURF__K(write6_two)(_mm256_unpackhi_pd(ab2, cd2), low2, high2, 1, to[3] + at, to[7] + at);
 }
 
 #elif defined(PSURF__SET_SSE2)
