@@ -3319,16 +3319,20 @@ static PSURF__INLINE void psurf__advance(psurf__cursor *c)
     c->n_step += c->n_bend;
 }
 
-/* From where a cursor is after some steps, the way back. */
-static psurf__cursor psurf__turn_back(const psurf__cursor *c, ptrdiff_t steps)
+/* From where a cursor will be after some steps, the way back. */
+static PSURF__INLINE void psurf__turn_back(const psurf__cursor *c, ptrdiff_t steps,
+                                           psurf__cursor *back)
 {
     const ptrdiff_t pairs = steps * (steps - 1) / 2;
-    psurf__cursor back = *c;
-    back.p_at += steps * c->p_step + pairs * c->p_bend;
-    back.n_at += steps * c->n_step + pairs * c->n_bend;
-    back.p_step = -(c->p_step + (steps - 1) * c->p_bend);
-    back.n_step = -(c->n_step + (steps - 1) * c->n_bend);
-    return back;
+    back->p = c->p;
+    back->n = c->n;
+    back->p_at = c->p_at + steps * c->p_step + pairs * c->p_bend;
+    back->n_at = c->n_at + steps * c->n_step + pairs * c->n_bend;
+    back->p_step = -(c->p_step + (steps - 1) * c->p_bend);
+    back->n_step = -(c->n_step + (steps - 1) * c->n_bend);
+    back->p_bend = c->p_bend;
+    back->n_bend = c->n_bend;
+    back->interleaved = c->interleaved;
 }
 
 /* Cursors that stay where they are, for samples with places of their own. */
@@ -4610,6 +4614,7 @@ static PSURF__INLINE psurf__l3 PSURF__K(sum)(const psurf_real *b, const psurf__l
 {
     psurf__l3 sum = psurf__l3_mul(p[0], psurf__l_all(b[0]));
     uint32_t l;
+    PSURF__UNROLL
     for (l = 1; l < count; l++) sum = psurf__l3_mad(sum, psurf__l_all(b[l]), p[l]);
     return sum;
 }
@@ -4681,12 +4686,11 @@ static void PSURF__K(polar_line)(const PSURF__K(facets) *f, const psurf__run *r,
     else PSURF__K(take_edge)(line->inside, a + 12, a + 12, line);
 }
 
-/* A line of the open sector, from rows[i][l] by c^l g^(4-l-i): c the weight of the centre, which is
-   the origin, g half of the rest. */
-static void PSURF__K(sector_line)(const PSURF__K(facets) *f, const psurf__run *r, uint32_t m,
-                                  PSURF__K(line) *line)
+/* A line inside the open sector, from rows[i][l] by c^l g^(4-l-i): c the weight of the centre, which
+   is the origin, g half of the rest. */
+static void PSURF__K(sector_inside)(const PSURF__K(facets) *f, const psurf__run *r,
+                                    PSURF__K(line) *line)
 {
-    const uint32_t next = PSURF__SECTOR * psurf__following(r->sector, m);
     const psurf__weights at = psurf__weights_of(r->n, r->group->rate);
     psurf__l3 *p = line->inside;
     uint32_t i;
@@ -4701,9 +4705,24 @@ static void PSURF__K(sector_line)(const PSURF__K(facets) *f, const psurf__run *r
     psurf__l3_put(&line->w[3], f->steps[3][0]);
     psurf__l3_put(&line->u[0], p[1]);
     for (i = 1; i < 4; i++) line->u[i] = psurf__l3_mul(p[i + 1], psurf__l_all(PSURF__R(i + 1)));
-    if (!r->edge) PSURF__K(take_inside)(NULL, 0, line);
-    else PSURF__K(take_edge)(f->edges[0], f->points + PSURF__SECTOR * r->sector, f->points + next,
-                             line);
+    PSURF__K(take_inside)(NULL, 0, line);
+}
+
+/* The line on the sector's edge, where c is 0 and g is 1/2. */
+static void PSURF__K(sector_edge)(const PSURF__K(facets) *f, const psurf__run *r, uint32_t m,
+                                  PSURF__K(line) *line)
+{
+    static const psurf_real power[4] = {PSURF__EIGHTH, PSURF__R(0.25), PSURF__R(0.5), 1};
+    const psurf__l3 *v0 = f->points + PSURF__SECTOR * r->sector;
+    const psurf__l3 *v1 = f->points + PSURF__SECTOR * psurf__following(r->sector, m);
+    uint32_t i;
+    for (i = 0; i < 4; i++) {
+        const psurf__lanes g = psurf__l_all(power[i]);
+        line->u[i] = psurf__l3_mul(psurf__l3_mul(f->rows[i + 1][0], g),
+                                   psurf__l_all(PSURF__R(i + 1)));
+        line->w[i] = psurf__l3_mul(f->steps[i][0], g);
+    }
+    PSURF__K(take_edge)(f->edges[0], v0, v1, line);
 }
 
 /* Looks closer at the normals of some lanes, bits of unsure. */
@@ -4840,7 +4859,7 @@ static void PSURF__K(put_line)(const psurf__run *r, const PSURF__K(line) *line)
     if (k0 > 0) PSURF__K(put_apart)(r, line, 0, k0);
     if (k0 >= pairs) return;
     r->group->aim(r, first, &cursors[0]);
-    cursors[1] = psurf__turn_back(&cursors[0], (ptrdiff_t)last - (ptrdiff_t)first);
+    psurf__turn_back(&cursors[0], (ptrdiff_t)last - (ptrdiff_t)first, &cursors[1]);
     PSURF__K(any_samples)(r, line, k0, pairs, cursors);
 }
 
@@ -4873,7 +4892,8 @@ static void PSURF__K(put_sector_line)(const PSURF__K(facets) *f, psurf__run *r, 
     r->end = m < 5 ? r->n + (r->sector + 1 < m) : r->n > 0 ? r->n : r->sector == 0;
     if (r->begin >= r->end) return;
     line.facets = f;
-    PSURF__K(sector_line)(f, r, m, &line);
+    if (r->edge) PSURF__K(sector_edge)(f, r, m, &line);
+    else PSURF__K(sector_inside)(f, r, &line);
     PSURF__K(put_line)(r, &line);
 }
 
@@ -5320,22 +5340,20 @@ static uint64_t psurf__triangles_before(const psurf_topology *t, uint32_t face, 
     return psurf__points_before(t, face, r * r, 2 * r * r, r * r, 0);
 }
 
-static psurf__lattice psurf__face_lattice(const psurf_topology *t, uint32_t face, uint32_t rate,
-                                          int welded)
+static void psurf__face_lattice(const psurf_topology *t, uint32_t face, uint32_t rate, int welded,
+                                psurf__lattice *l)
 {
     const uint32_t facet = t->face_facet[face];
-    psurf__lattice l;
-    l.topology = t;
-    l.corners = t->corners + psurf__facet_corner(t, psurf__facet_kind(t, facet), facet);
-    l.step = t->facets[facet].piece & PSURF_SPLIT_FACE ? 3 : 1;
-    l.face = face;
-    l.size = psurf__face_size(t, face);
-    l.rate = rate;
-    l.welded = welded;
-    l.edge_base = t->info.rings - t->info.centres;
-    l.base = welded ? psurf__insides_base(t, rate) + psurf__insides_before(t, face, rate)
-                    : psurf__face_points_before(t, face, rate);
-    return l;
+    l->topology = t;
+    l->corners = t->corners + psurf__facet_corner(t, psurf__facet_kind(t, facet), facet);
+    l->step = t->facets[facet].piece & PSURF_SPLIT_FACE ? 3 : 1;
+    l->face = face;
+    l->size = psurf__face_size(t, face);
+    l->rate = rate;
+    l->welded = welded;
+    l->edge_base = t->info.rings - t->info.centres;
+    l->base = welded ? psurf__insides_base(t, rate) + psurf__insides_before(t, face, rate)
+                     : psurf__face_points_before(t, face, rate);
 }
 
 /* Number of the sample at step k of edge i, and whether this face writes it. */
@@ -5575,7 +5593,7 @@ static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o,
     const psurf_topology *t = job->patches->topology;
     const uint32_t lane = g->count++, piece = t->facets[facet].piece;
     psurf__lattice *l = &o->lattice[lane];
-    *l = psurf__face_lattice(t, t->facets[facet].face, job->rate, job->welded);
+    psurf__face_lattice(t, t->facets[facet].face, job->rate, job->welded, l);
     o->piece[lane] = piece & PSURF_SPLIT_FACE ? piece & 0xFFFFu : PSURF_NONE;
     o->p[lane] = o->sink;
     o->n[lane] = o->sink;
@@ -5588,11 +5606,11 @@ static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o,
 /* A split triangle or quad: its lattice runs across its pieces, which lie where they may. */
 static void psurf__write_split_face(const psurf__job *job, uint32_t face)
 {
-    const psurf__lattice l = psurf__face_lattice(job->patches->topology, face, job->rate,
-                                                 job->welded);
+    psurf__lattice l;
     psurf__place places[PSURF__BLOCK];
     psurf__jet jets[PSURF__BLOCK];
     uint32_t vertex[PSURF__BLOCK], count = 0, i, x, y;
+    psurf__face_lattice(job->patches->topology, face, job->rate, job->welded, &l);
     for (y = 0; y <= l.rate; y++) {
         const uint32_t last = l.size == 4 ? l.rate : l.rate - y;
         for (x = 0; x <= last; x++) {
@@ -5733,9 +5751,9 @@ static void psurf__number_face(const psurf_patches *patches, const psurf_tess_de
                                uint32_t face, const psurf_tess_out *out)
 {
     const psurf_topology *t = patches->topology;
-    const psurf__lattice lattice = psurf__face_lattice(t, face, desc->rate,
-                                                       !(desc->flags & PSURF_TESS_PER_FACE));
+    psurf__lattice lattice;
     psurf__indices to;
+    psurf__face_lattice(t, face, desc->rate, !(desc->flags & PSURF_TESS_PER_FACE), &lattice);
     if (out->where) psurf__write_places(&lattice, out);
     if (!out->indices) return;
     to.lattice = &lattice;
