@@ -3319,22 +3319,6 @@ static PSURF__INLINE void psurf__advance(psurf__cursor *c)
     c->n_step += c->n_bend;
 }
 
-/* From where a cursor will be after some steps, the way back. */
-static PSURF__INLINE void psurf__turn_back(const psurf__cursor *c, ptrdiff_t steps,
-                                           psurf__cursor *back)
-{
-    const ptrdiff_t pairs = steps * (steps - 1) / 2;
-    back->p = c->p;
-    back->n = c->n;
-    back->p_at = c->p_at + steps * c->p_step + pairs * c->p_bend;
-    back->n_at = c->n_at + steps * c->n_step + pairs * c->n_bend;
-    back->p_step = -(c->p_step + (steps - 1) * c->p_bend);
-    back->n_step = -(c->n_step + (steps - 1) * c->n_bend);
-    back->p_bend = c->p_bend;
-    back->n_bend = c->n_bend;
-    back->interleaved = c->interleaved;
-}
-
 /* Cursors that stay where they are, for samples with places of their own. */
 typedef struct psurf__held {
     psurf_real sample[2][8][6];
@@ -3373,7 +3357,7 @@ typedef struct psurf__group {
     int normals;                        /* or positions alone */
     int border_only;                    /* samples on the facets' edges alone */
     psurf__apart apart;
-    void (*aim)(const psurf__run *run, uint32_t k, psurf__cursor *cursor);
+    void (*aim)(const psurf__run *run, uint32_t first, uint32_t last, psurf__cursor cursors[2]);
     void (*put)(const psurf__run *run, uint32_t lane, uint32_t k, const psurf_real *sample);
     void *to;
 } psurf__group;
@@ -4858,8 +4842,7 @@ static void PSURF__K(put_line)(const psurf__run *r, const PSURF__K(line) *line)
     psurf__cursor cursors[2];
     if (k0 > 0) PSURF__K(put_apart)(r, line, 0, k0);
     if (k0 >= pairs) return;
-    r->group->aim(r, first, &cursors[0]);
-    psurf__turn_back(&cursors[0], (ptrdiff_t)last - (ptrdiff_t)first, &cursors[1]);
+    r->group->aim(r, first, last, cursors);
     PSURF__K(any_samples)(r, line, k0, pairs, cursors);
 }
 
@@ -5521,20 +5504,12 @@ static ptrdiff_t psurf__vertex_step(const psurf__lattice *l, const psurf__point 
     return at->to_x + at->to_y * here;
 }
 
-/* Points the cursor at the places of a line from step k on. Faces of one kind and turn have their
-   own points in the same order. */
-static void psurf__aim_line(const psurf__run *r, uint32_t k, psurf__cursor *c)
+/* A cursor of places that lie so many vertices apart, offset from the first of each face. */
+static void psurf__place_cursor(const psurf__output *o, ptrdiff_t offset, ptrdiff_t step,
+                                ptrdiff_t bend, psurf__cursor *c)
 {
-    const psurf__output *o = (const psurf__output *)r->group->to;
-    const psurf__lattice *l = &o->lattice[0];
     const ptrdiff_t p_stride = o->out->p ? (ptrdiff_t)o->p_stride : 0;
     const ptrdiff_t n_stride = o->out->n ? (ptrdiff_t)o->n_stride : 0;
-    const psurf__point at = psurf__line_point(r, k);
-    ptrdiff_t offset, step, bend;
-    int writes;
-    offset = (ptrdiff_t)psurf__lattice_vertex(l, r->group->kind == PSURF_P5 ? r->sector : 0, at.x,
-                                              at.y, &writes) - (ptrdiff_t)l->base;
-    step = psurf__vertex_step(l, &at, &bend);
     c->p = o->p;
     c->n = o->n;
     c->p_at = offset * p_stride;
@@ -5544,6 +5519,26 @@ static void psurf__aim_line(const psurf__run *r, uint32_t k, psurf__cursor *c)
     c->p_bend = bend * p_stride;
     c->n_bend = bend * n_stride;
     c->interleaved = o->out->p && o->out->n == o->out->p + 3 && p_stride == n_stride;
+}
+
+/* Points cursors at the places of a line: forth from its step first, and back from its step last.
+   Faces of one kind and turn have their own points in the same order. */
+static void psurf__aim_line(const psurf__run *r, uint32_t first, uint32_t last,
+                            psurf__cursor cursors[2])
+{
+    const psurf__output *o = (const psurf__output *)r->group->to;
+    const psurf__lattice *l = &o->lattice[0];
+    const psurf__point at = psurf__line_point(r, first);
+    const uint32_t sector = r->group->kind == PSURF_P5 ? r->sector : 0;
+    const ptrdiff_t steps = (ptrdiff_t)last - (ptrdiff_t)first;
+    ptrdiff_t offset, step, bend;
+    int writes;
+    offset = (ptrdiff_t)psurf__lattice_vertex(l, sector, at.x, at.y, &writes) -
+             (ptrdiff_t)l->base;
+    step = psurf__vertex_step(l, &at, &bend);
+    psurf__place_cursor(o, offset, step, bend, &cursors[0]);
+    offset += steps * step + steps * (steps - 1) / 2 * bend;
+    psurf__place_cursor(o, offset, -(step + (steps - 1) * bend), bend, &cursors[1]);
 }
 
 typedef struct psurf__job {             /* of one psurf_tessellate */
