@@ -732,6 +732,11 @@ PSURF_API int psurf_exact(void);
 #else
 #define PSURF__UNROLL
 #endif
+#if defined(__GNUC__)
+#define PSURF__LIKELY(condition) __builtin_expect(!!(condition), 1)
+#else
+#define PSURF__LIKELY(condition) (condition)
+#endif
 
 #ifndef PSURF_SELF
 #define PSURF_SELF "patchsurf.h"
@@ -3301,7 +3306,7 @@ static psurf__weights psurf__weights_of(uint32_t n, uint32_t rate)
 /* Where samples go, in reals: p[i] + p_at the next one of lane i, and how far from it the one
    after; the steps grow by bends where lines run across the rows of a triangle. */
 typedef struct psurf__cursor {
-    psurf_real *p[8], *n[8];
+    psurf_real *const *p, *const *n;    /* of eight lanes */
     ptrdiff_t p_at, n_at, p_step, n_step, p_bend, n_bend;
     int interleaved;                    /* p.xyz n.xyz, all through p */
 } psurf__cursor;
@@ -3314,16 +3319,26 @@ static PSURF__INLINE void psurf__advance(psurf__cursor *c)
     c->n_step += c->n_bend;
 }
 
-/* A cursor that stays where it is, for samples with places of their own. */
-static void psurf__hold_cursor(psurf__cursor *c, psurf_real (*at)[6], int normals)
+/* Cursors that stay where they are, for samples with places of their own. */
+typedef struct psurf__held {
+    psurf_real sample[2][8][6];
+    psurf_real *p[2][8], *n[2][8];
+} psurf__held;
+
+static void psurf__hold_cursors(psurf__held *held, int normals, psurf__cursor c[2])
 {
-    int i;
-    for (i = 0; i < 8; i++) {
-        c->p[i] = at[i];
-        c->n[i] = at[i] + 3;
+    int side, i;
+    for (side = 0; side < 2; side++) {
+        for (i = 0; i < 8; i++) {
+            held->p[side][i] = held->sample[side][i];
+            held->n[side][i] = held->sample[side][i] + 3;
+        }
+        c[side].p = held->p[side];
+        c[side].n = held->n[side];
+        c[side].p_at = c[side].p_step = c[side].p_bend = 0;
+        c[side].n_at = c[side].n_step = c[side].n_bend = 0;
+        c[side].interleaved = normals;
     }
-    c->p_at = c->n_at = c->p_step = c->n_step = c->p_bend = c->n_bend = 0;
-    c->interleaved = normals;
 }
 
 /* Which samples have places of their own, to which no cursor moves. */
@@ -3342,7 +3357,7 @@ typedef struct psurf__group {
     int normals;                        /* or positions alone */
     int border_only;                    /* samples on the facets' edges alone */
     psurf__apart apart;
-    void (*aim)(const psurf__run *run, uint32_t k, int way, psurf__cursor *cursor);
+    void (*aim)(const psurf__run *run, uint32_t first, uint32_t last, psurf__cursor cursors[2]);
     void (*put)(const psurf__run *run, uint32_t lane, uint32_t k, const psurf_real *sample);
     void *to;
 } psurf__group;
@@ -3484,6 +3499,7 @@ typedef struct psurf__kernels {
 #define psurf__l3_cross PSURF__K(l3_cross)
 #define psurf__l3_dot PSURF__K(l3_dot)
 #define psurf__l3_zero PSURF__K(l3_zero)
+#define psurf__l3_put PSURF__K(l3_put)
 #define psurf__l3_store PSURF__K(l3_store)
 #endif
 
@@ -3553,30 +3569,40 @@ static void psurf__l_columns(const float *const p[8], uint32_t count, psurf__lan
     }
 }
 
+/* Both parts of a lane one after the other: a processor may take two to one line at a time. */
+static PSURF__INLINE void PSURF__K(write3_half)(__m128 xy0, __m128 xy2, __m128 z,
+                                                float *const to[4], ptrdiff_t at)
+{
+    _mm_storel_pi((__m64 *)(void *)(to[0] + at), xy0);
+    _mm_store_ss(to[0] + at + 2, z);
+    _mm_storeh_pi((__m64 *)(void *)(to[1] + at), xy0);
+    _mm_store_ss(to[1] + at + 2, _mm_movehdup_ps(z));
+    _mm_storel_pi((__m64 *)(void *)(to[2] + at), xy2);
+    _mm_store_ss(to[2] + at + 2, _mm_unpackhi_ps(z, z));
+    _mm_storeh_pi((__m64 *)(void *)(to[3] + at), xy2);
+    _mm_store_ss(to[3] + at + 2, _mm_shuffle_ps(z, z, 0xFF));
+}
+
 static PSURF__INLINE void psurf__l_write3(psurf__lanes x, psurf__lanes y, psurf__lanes z,
                                           float *const to[8], ptrdiff_t at)
 {
     const __m256 low = _mm256_unpacklo_ps(x, y), high = _mm256_unpackhi_ps(x, y);
-    const __m128 low4 = _mm256_extractf128_ps(low, 1), high4 = _mm256_extractf128_ps(high, 1);
-    float third[8];
-    int i;
-    _mm256_storeu_ps(third, z);
-    _mm_storel_pi((__m64 *)(void *)(to[0] + at), _mm256_castps256_ps128(low));
-    _mm_storeh_pi((__m64 *)(void *)(to[1] + at), _mm256_castps256_ps128(low));
-    _mm_storel_pi((__m64 *)(void *)(to[2] + at), _mm256_castps256_ps128(high));
-    _mm_storeh_pi((__m64 *)(void *)(to[3] + at), _mm256_castps256_ps128(high));
-    _mm_storel_pi((__m64 *)(void *)(to[4] + at), low4);
-    _mm_storeh_pi((__m64 *)(void *)(to[5] + at), low4);
-    _mm_storel_pi((__m64 *)(void *)(to[6] + at), high4);
-    _mm_storeh_pi((__m64 *)(void *)(to[7] + at), high4);
-    for (i = 0; i < 8; i++) to[i][at + 2] = third[i];
+    PSURF__K(write3_half)(_mm256_castps256_ps128(low), _mm256_castps256_ps128(high),
+                          _mm256_castps256_ps128(z), to, at);
+    PSURF__K(write3_half)(_mm256_extractf128_ps(low, 1), _mm256_extractf128_ps(high, 1),
+                          _mm256_extractf128_ps(z, 1), to + 4, at);
 }
 
-/* The first four reals of two lanes: the halves of a. */
-static PSURF__INLINE void PSURF__K(write_two)(__m256 a, float *low, float *high)
+/* Two lanes: the halves of abcd, then the first or second two reals of ef0 and ef4. */
+static PSURF__INLINE void PSURF__K(write6_two)(__m256d abcd, __m128 ef0, __m128 ef4, int second,
+                                               float *low, float *high)
 {
-    _mm_storeu_ps(low, _mm256_castps256_ps128(a));
-    _mm_storeu_ps(high, _mm256_extractf128_ps(a, 1));
+    _mm_storeu_ps(low, _mm256_castps256_ps128(_mm256_castpd_ps(abcd)));
+    if (second) _mm_storeh_pi((__m64 *)(void *)(low + 4), ef0);
+    else _mm_storel_pi((__m64 *)(void *)(low + 4), ef0);
+    _mm_storeu_ps(high, _mm256_extractf128_ps(_mm256_castpd_ps(abcd), 1));
+    if (second) _mm_storeh_pi((__m64 *)(void *)(high + 4), ef4);
+    else _mm_storel_pi((__m64 *)(void *)(high + 4), ef4);
 }
 
 static PSURF__INLINE void psurf__l_write6(psurf__lanes a, psurf__lanes b, psurf__lanes c,
@@ -3588,19 +3614,12 @@ static PSURF__INLINE void psurf__l_write6(psurf__lanes a, psurf__lanes b, psurf_
     const __m256d cd0 = _mm256_castps_pd(_mm256_unpacklo_ps(c, d));
     const __m256d cd2 = _mm256_castps_pd(_mm256_unpackhi_ps(c, d));
     const __m256 ef0 = _mm256_unpacklo_ps(e, f), ef2 = _mm256_unpackhi_ps(e, f);
-    const __m128 ef4 = _mm256_extractf128_ps(ef0, 1), ef6 = _mm256_extractf128_ps(ef2, 1);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpacklo_pd(ab0, cd0)), to[0] + at, to[4] + at);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpackhi_pd(ab0, cd0)), to[1] + at, to[5] + at);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpacklo_pd(ab2, cd2)), to[2] + at, to[6] + at);
-    PSURF__K(write_two)(_mm256_castpd_ps(_mm256_unpackhi_pd(ab2, cd2)), to[3] + at, to[7] + at);
-    _mm_storel_pi((__m64 *)(void *)(to[0] + at + 4), _mm256_castps256_ps128(ef0));
-    _mm_storeh_pi((__m64 *)(void *)(to[1] + at + 4), _mm256_castps256_ps128(ef0));
-    _mm_storel_pi((__m64 *)(void *)(to[2] + at + 4), _mm256_castps256_ps128(ef2));
-    _mm_storeh_pi((__m64 *)(void *)(to[3] + at + 4), _mm256_castps256_ps128(ef2));
-    _mm_storel_pi((__m64 *)(void *)(to[4] + at + 4), ef4);
-    _mm_storeh_pi((__m64 *)(void *)(to[5] + at + 4), ef4);
-    _mm_storel_pi((__m64 *)(void *)(to[6] + at + 4), ef6);
-    _mm_storeh_pi((__m64 *)(void *)(to[7] + at + 4), ef6);
+    const __m128 low0 = _mm256_castps256_ps128(ef0), low2 = _mm256_castps256_ps128(ef2);
+    const __m128 high0 = _mm256_extractf128_ps(ef0, 1), high2 = _mm256_extractf128_ps(ef2, 1);
+    PSURF__K(write6_two)(_mm256_unpacklo_pd(ab0, cd0), low0, high0, 0, to[0] + at, to[4] + at);
+    PSURF__K(write6_two)(_mm256_unpackhi_pd(ab0, cd0), low0, high0, 1, to[1] + at, to[5] + at);
+    PSURF__K(write6_two)(_mm256_unpacklo_pd(ab2, cd2), low2, high2, 0, to[2] + at, to[6] + at);
+    PSURF__K(write6_two)(_mm256_unpackhi_pd(ab2, cd2), low2, high2, 1, to[3] + at, to[7] + at);
 }
 
 #elif defined(PSURF__SET_SSE2)
@@ -4025,6 +4044,15 @@ static PSURF__INLINE psurf__l3 psurf__l3_cross(psurf__l3 a, psurf__l3 b)
     return c;
 }
 
+/* Copies by components, in the pieces they are read in: compilers that copy structs in smaller ones
+   make the processor wait for the parts. */
+static PSURF__INLINE void psurf__l3_put(psurf__l3 *to, psurf__l3 a)
+{
+    to->x = a.x;
+    to->y = a.y;
+    to->z = a.z;
+}
+
 /* As rows x, y, z of eight. */
 static void psurf__l3_store(psurf_real out[3][8], psurf__l3 a)
 {
@@ -4036,14 +4064,8 @@ static void psurf__l3_store(psurf_real out[3][8], psurf__l3 a)
 /* Columns 3 k .. 3 k + 2 of p as points, k < count; 3 count is at least 4. */
 static void PSURF__K(points)(const psurf_real *const p[8], uint32_t count, psurf__l3 *out)
 {
-    psurf__lanes columns[3 * PSURF__MAX_POINTS];
-    uint32_t k = 0;
-    psurf__l_columns(p, 3 * count, columns);
-    do {                                                /* compilers do not know that count > 0 */
-        out[k].x = columns[3 * k];
-        out[k].y = columns[3 * k + 1];
-        out[k].z = columns[3 * k + 2];
-    } while (++k < count);
+    /* x, y, z of one point, then of the next */
+    psurf__l_columns(p, 3 * count, (psurf__lanes *)(void *)out);
 }
 
 /* ---- nets: the Bezier points of a patch, and of the sectors of a Pm-patch ---- */
@@ -4067,23 +4089,23 @@ static void PSURF__K(inner_line)(const psurf__l3 *begins, const psurf__l3 *ends,
 
 /* The 15 points of a sector, rows of constant distance from the edge: b_jkl at row l, place k.
    v: the vertex where the next sector begins; from, to: the inner lines at both ends. */
-static void PSURF__K(sector_net)(const psurf__l3 *sector, psurf__l3 v, const psurf__l3 from[3],
-                                 const psurf__l3 to[3], psurf__l3 net[15])
+static void PSURF__K(sector_net)(const psurf__l3 *sector, const psurf__l3 *v,
+                                 const psurf__l3 from[3], const psurf__l3 to[3], psurf__l3 net[15])
 {
     const psurf__lanes quarter = psurf__l_all(PSURF__R(0.25)), most = psurf__l_all(PSURF__R(0.75));
     uint32_t l;
-    net[0] = sector[PSURF__V];                                                  /* eq. 2 */
+    psurf__l3_put(&net[0], sector[PSURF__V]);                                   /* eq. 2 */
     net[1] = psurf__l3_mix(quarter, sector[PSURF__V], most, sector[PSURF__T0]);
     net[2] = psurf__l3_mul(psurf__l3_add(sector[PSURF__T0], sector[PSURF__T1]),
                            psurf__l_all(PSURF__R(0.5)));
-    net[3] = psurf__l3_mix(quarter, v, most, sector[PSURF__T1]);
-    net[4] = v;
-    net[6] = sector[PSURF__B211];
-    net[7] = sector[PSURF__B121];
-    net[10] = sector[PSURF__B112];
+    net[3] = psurf__l3_mix(quarter, *v, most, sector[PSURF__T1]);
+    psurf__l3_put(&net[4], *v);
+    psurf__l3_put(&net[6], sector[PSURF__B211]);
+    psurf__l3_put(&net[7], sector[PSURF__B121]);
+    psurf__l3_put(&net[10], sector[PSURF__B112]);
     for (l = 1; l < 4; l++) {
-        net[psurf__row[l]] = from[l - 1];
-        net[psurf__row[l] + 4 - l] = to[l - 1];
+        psurf__l3_put(&net[psurf__row[l]], from[l - 1]);
+        psurf__l3_put(&net[psurf__row[l] + 4 - l], to[l - 1]);
     }
     net[14] = psurf__l3_zero();
 }
@@ -4278,7 +4300,7 @@ static psurf__l3 PSURF__K(spot_net)(const psurf__batch *b, uint32_t m, psurf__l3
     }
     PSURF__K(inner_line)(sector[0], sector[2], m, from);
     PSURF__K(inner_line)(sector[1], sector[0], m, to);
-    PSURF__K(sector_net)(sector[0], sector[1][PSURF__V], from, to, net);
+    PSURF__K(sector_net)(sector[0], &sector[1][PSURF__V], from, to, net);
     return tail[1];
 }
 
@@ -4382,12 +4404,6 @@ static void PSURF__K(hull)(const psurf__batch *b, psurf_real low[3][8], psurf_re
    and across. Two samples at the same distance share their even and odd parts, and an edge gives
    the same bits from either end: reversed, the odd coefficients change their signs, no more. */
 
-typedef struct PSURF__K(line) {
-    psurf__l3 p[5], u[4], w[4], origin;
-    psurf__l3 ends[2];                          /* where it ends on sides of the patch */
-    psurf__lanes parallel;                      /* of the facets */
-} PSURF__K(line);
-
 /* Eight patches with what their lines have in common. */
 typedef struct PSURF__K(facets) {
     psurf__l3 points[PSURF__MAX_POINTS];        /* as they are stored */
@@ -4398,6 +4414,13 @@ typedef struct PSURF__K(facets) {
     psurf__l3 inner[PSURF__MAX_SECTORS][3];     /* lines from the corners to the centre */
     psurf__l3 rows[5][4], steps[4][4];          /* by power along a line, then across: see below */
 } PSURF__K(facets);
+
+/* A line of theirs. On an edge of the patch p and ends are the edge's. */
+typedef struct PSURF__K(line) {
+    const PSURF__K(facets) *facets;
+    const psurf__l3 *p, *ends[2];               /* ends: where it ends on sides of the patch */
+    psurf__l3 inside[5], u[4], w[4], on_sides[2];
+} PSURF__K(line);
 
 /* Where du and dv may be parallel: q <= eps^2 |du|^2 |dv|^2. With a bound of the lengths, told by
    how far the points lie apart, most samples need no closer look; see psurf__unit_cross. */
@@ -4432,9 +4455,10 @@ static PSURF__INLINE void PSURF__K(centred)(psurf__l3 p0, psurf__l3 p1, psurf__l
 
 /* An edge, from points as they are stored. A zero of either sign becomes +0: then none is left
    whose sign could tell the two ends apart. */
-static void PSURF__K(edge)(psurf__l3 v0, psurf__l3 t0, psurf__l3 t1, psurf__l3 v1, psurf__l3 c[4])
+static void PSURF__K(edge)(const psurf__l3 *v0, const psurf__l3 *t0, const psurf__l3 *t1,
+                           const psurf__l3 *v1, psurf__l3 c[4])
 {
-    PSURF__K(centred)(v0, t0, t1, v1, c);
+    PSURF__K(centred)(*v0, *t0, *t1, *v1, c);
     c[0] = psurf__l3_add(c[0], psurf__l3_zero());
 }
 
@@ -4444,15 +4468,15 @@ static void PSURF__K(open_bicubic)(PSURF__K(facets) *f)
     const psurf__l3 *g = f->local, *a = f->points;
     psurf__l3 along[4][4];
     uint32_t i, j;
-    PSURF__K(edge)(a[0], a[1], a[2], a[3], f->edges[0]);
-    PSURF__K(edge)(a[12], a[13], a[14], a[15], f->edges[1]);
-    PSURF__K(edge)(a[0], a[4], a[8], a[12], f->sides[0]);
-    PSURF__K(edge)(a[3], a[7], a[11], a[15], f->sides[1]);
+    PSURF__K(edge)(a, a + 1, a + 2, a + 3, f->edges[0]);
+    PSURF__K(edge)(a + 12, a + 13, a + 14, a + 15, f->edges[1]);
+    PSURF__K(edge)(a, a + 4, a + 8, a + 12, f->sides[0]);
+    PSURF__K(edge)(a + 3, a + 7, a + 11, a + 15, f->sides[1]);
     for (j = 0; j < 4; j++)
         PSURF__K(centred)(g[4 * j], g[4 * j + 1], g[4 * j + 2], g[4 * j + 3], along[j]);
     for (i = 0; i < 4; i++) {
         PSURF__K(centred)(along[0][i], along[1][i], along[2][i], along[3][i], f->rows[i]);
-        f->steps[i][0] = f->rows[i][1];
+        psurf__l3_put(&f->steps[i][0], f->rows[i][1]);
         f->steps[i][1] = psurf__l3_mul(f->rows[i][2], psurf__l_all(2));
         f->steps[i][2] = psurf__l3_mul(f->rows[i][3], psurf__l_all(3));
     }
@@ -4466,9 +4490,9 @@ static void PSURF__K(open_polar)(PSURF__K(facets) *f)
     const psurf__lanes three = psurf__l_all(3);
     psurf__l3 along[3][4];
     uint32_t i, j;
-    PSURF__K(edge)(a[0], a[1], a[2], a[3], f->edges[0]);
-    PSURF__K(edge)(a[0], a[4], a[8], a[12], f->sides[0]);
-    PSURF__K(edge)(a[3], a[7], a[11], a[12], f->sides[1]);
+    PSURF__K(edge)(a, a + 1, a + 2, a + 3, f->edges[0]);
+    PSURF__K(edge)(a, a + 4, a + 8, a + 12, f->sides[0]);
+    PSURF__K(edge)(a + 3, a + 7, a + 11, a + 12, f->sides[1]);
     for (j = 0; j < 3; j++)
         PSURF__K(centred)(h[4 * j], h[4 * j + 1], h[4 * j + 2], h[4 * j + 3], along[j]);
     for (i = 0; i < 4; i++) {
@@ -4523,7 +4547,7 @@ static void PSURF__K(linear_row)(const psurf__l3 p[2], uint32_t l, psurf__l3 (*t
 }
 
 /* The way from row to row of a sector's net, half way between the ends of each step along. */
-static psurf__l3 PSURF__K(rise)(const psurf__l3 *net, uint32_t l, uint32_t k)
+static PSURF__INLINE psurf__l3 PSURF__K(rise)(const psurf__l3 *net, uint32_t l, uint32_t k)
 {
     const psurf__l3 *from = net + psurf__row[l] + k, *to = net + psurf__row[l + 1] + k;
     const psurf__l3 sum = psurf__l3_add(psurf__l3_sub(*to, from[0]), psurf__l3_sub(*to, from[1]));
@@ -4537,9 +4561,9 @@ static void PSURF__K(open_sector)(PSURF__K(facets) *f, uint32_t m, uint32_t i)
     const psurf__l3 *stored = f->points + PSURF__SECTOR * i;
     psurf__l3 net[15], step[4];
     uint32_t k;
-    PSURF__K(edge)(stored[PSURF__V], stored[PSURF__T0], stored[PSURF__T1],
-                   f->points[PSURF__SECTOR * j], f->edges[0]);
-    PSURF__K(sector_net)(f->local + PSURF__SECTOR * i, f->local[PSURF__SECTOR * j], f->inner[i],
+    PSURF__K(edge)(stored + PSURF__V, stored + PSURF__T0, stored + PSURF__T1,
+                   f->points + PSURF__SECTOR * j, f->edges[0]);
+    PSURF__K(sector_net)(f->local + PSURF__SECTOR * i, f->local + PSURF__SECTOR * j, f->inner[i],
                          f->inner[j], net);
     PSURF__K(quartic_row)(net, f->rows);
     PSURF__K(cubic_row)(net + psurf__row[1], 1, f->rows);
@@ -4559,7 +4583,7 @@ static void PSURF__K(open_facets)(const psurf__group *g, PSURF__K(facets) *f)
     const uint32_t count = psurf__kind_table[g->kind].points, m = psurf__kind_sides(g->kind);
     uint32_t i;
     PSURF__K(points)(g->points, count, f->points);
-    f->origin = f->points[g->kind == PSURF_BICUBIC ? 0 : count - 1];
+    psurf__l3_put(&f->origin, f->points[g->kind == PSURF_BICUBIC ? 0 : count - 1]);
     for (i = 0; i < count; i++) f->local[i] = psurf__l3_sub(f->points[i], f->origin);
     PSURF__K(find_parallel)(f, count);
     if (g->kind == PSURF_BICUBIC) PSURF__K(open_bicubic)(f);
@@ -4572,7 +4596,7 @@ static void PSURF__K(open_facets)(const psurf__group *g, PSURF__K(facets) *f)
 }
 
 /* A cubic at x from the middle, as samples has it. */
-static psurf__l3 PSURF__K(cubic_at)(const psurf__l3 c[4], psurf_real x)
+static PSURF__INLINE psurf__l3 PSURF__K(cubic_at)(const psurf__l3 c[4], psurf_real x)
 {
     const psurf__lanes xx = psurf__l_all(x * x);
     return psurf__l3_add(psurf__l3_mad(c[0], xx, c[2]),
@@ -4590,16 +4614,27 @@ static PSURF__INLINE psurf__l3 PSURF__K(sum)(const psurf_real *b, const psurf__l
 {
     psurf__l3 sum = psurf__l3_mul(p[0], psurf__l_all(b[0]));
     uint32_t l;
+    PSURF__UNROLL
     for (l = 1; l < count; l++) sum = psurf__l3_mad(sum, psurf__l_all(b[l]), p[l]);
     return sum;
 }
 
-/* A line on an edge has the edge's points. */
-static void PSURF__K(take_edge)(const psurf__l3 edge[4], psurf__l3 v0, psurf__l3 v1,
+/* A line inside has points of its own, and ends on sides unless there are none; */
+static void PSURF__K(take_inside)(const psurf__l3 (*sides)[4], psurf_real x, PSURF__K(line) *line)
+{
+    line->p = line->inside;
+    line->ends[0] = &line->on_sides[0];
+    line->ends[1] = &line->on_sides[1];
+    if (!sides) return;
+    line->on_sides[0] = PSURF__K(cubic_at)(sides[0], x);
+    line->on_sides[1] = PSURF__K(cubic_at)(sides[1], x);
+}
+
+/* one on an edge has the edge's. */
+static void PSURF__K(take_edge)(const psurf__l3 edge[4], const psurf__l3 *v0, const psurf__l3 *v1,
                                 PSURF__K(line) *line)
 {
-    uint32_t i;
-    for (i = 0; i < 4; i++) line->p[i] = edge[i];
+    line->p = edge;
     line->ends[0] = v0;
     line->ends[1] = v1;
 }
@@ -4609,22 +4644,21 @@ static void PSURF__K(bicubic_line)(const PSURF__K(facets) *f, const psurf__run *
 {
     const psurf_real rate = PSURF__R(r->group->rate), x = (2 * PSURF__R(r->d) - rate) / (2 * rate);
     const psurf__lanes at = psurf__l_all(x);
+    const psurf__l3 *a = f->points;
+    psurf__l3 *p = line->inside;
     uint32_t i;
     for (i = 0; i < 4; i++) {
-        const psurf__l3 *a = f->rows[i], *b = f->steps[i];
-        line->p[i] = psurf__l3_mad(a[1], at, psurf__l3_mad(a[2], at, a[3]));
-        line->p[i] = psurf__l3_mad(a[0], at, line->p[i]);
-        line->w[i] = psurf__l3_mad(b[0], at, psurf__l3_mad(b[1], at, b[2]));
+        const psurf__l3 *row = f->rows[i], *step = f->steps[i];
+        p[i] = psurf__l3_mad(row[0], at, psurf__l3_mad(row[1], at,
+                                                       psurf__l3_mad(row[2], at, row[3])));
+        line->w[i] = psurf__l3_mad(step[0], at, psurf__l3_mad(step[1], at, step[2]));
     }
-    line->u[0] = line->p[1];
-    line->u[1] = psurf__l3_mul(line->p[2], psurf__l_all(2));
-    line->u[2] = psurf__l3_mul(line->p[3], psurf__l_all(3));
-    line->ends[0] = PSURF__K(cubic_at)(f->sides[0], x);
-    line->ends[1] = PSURF__K(cubic_at)(f->sides[1], x);
-    if (r->edge && r->d == 0)
-        PSURF__K(take_edge)(f->edges[0], f->points[0], f->points[3], line);
-    else if (r->edge)
-        PSURF__K(take_edge)(f->edges[1], f->points[12], f->points[15], line);
+    psurf__l3_put(&line->u[0], p[1]);
+    line->u[1] = psurf__l3_mul(p[2], psurf__l_all(2));
+    line->u[2] = psurf__l3_mul(p[3], psurf__l_all(3));
+    if (!r->edge) PSURF__K(take_inside)(f->sides, x, line);
+    else if (r->d == 0) PSURF__K(take_edge)(f->edges[0], a, a + 3, line);
+    else PSURF__K(take_edge)(f->edges[1], a + 12, a + 15, line);
 }
 
 /* u is divided by 1-v, as in polar_jet. The line at the pole is the pole. */
@@ -4636,46 +4670,59 @@ static void PSURF__K(polar_line)(const PSURF__K(facets) *f, const psurf__run *r,
     const psurf_real x = (2 * PSURF__R(r->d) - rate) / (2 * rate);
     const psurf_real over[3] = {v0 * v0, 3 * (v0 * v1), 3 * (v1 * v1)};
     const psurf_real square[3] = {v0 * v0, 2 * (v0 * v1), v1 * v1};
+    const psurf__l3 *a = f->points;
     psurf__l3 p[4];
     uint32_t i;
     for (i = 0; i < 4; i++) {
         p[i] = PSURF__K(quadratic_sum)(over, f->rows[i]);
-        line->p[i] = psurf__l3_mul(p[i], psurf__l_all(v0));
+        line->inside[i] = psurf__l3_mul(p[i], psurf__l_all(v0));
         line->w[i] = PSURF__K(quadratic_sum)(square, f->steps[i]);
     }
-    line->u[0] = p[1];
+    psurf__l3_put(&line->u[0], p[1]);
     line->u[1] = psurf__l3_mul(p[2], psurf__l_all(2));
     line->u[2] = psurf__l3_mul(p[3], psurf__l_all(3));
-    line->ends[0] = PSURF__K(cubic_at)(f->sides[0], x);
-    line->ends[1] = PSURF__K(cubic_at)(f->sides[1], x);
-    if (r->edge && r->d == 0)
-        PSURF__K(take_edge)(f->edges[0], f->points[0], f->points[3], line);
-    else if (r->edge) line->ends[0] = line->ends[1] = f->points[12];
+    if (!r->edge) PSURF__K(take_inside)(f->sides, x, line);
+    else if (r->d == 0) PSURF__K(take_edge)(f->edges[0], a, a + 3, line);
+    else PSURF__K(take_edge)(line->inside, a + 12, a + 12, line);
 }
 
-/* A line of the open sector, from rows[i][l] by c^l g^(4-l-i): c the weight of the centre, which is
-   the origin, g half of the rest. */
-static void PSURF__K(sector_line)(const PSURF__K(facets) *f, const psurf__run *r, uint32_t m,
-                                  PSURF__K(line) *line)
+/* A line inside the open sector, from rows[i][l] by c^l g^(4-l-i): c the weight of the centre,
+   which is the origin, g half of the rest. */
+static void PSURF__K(sector_inside)(const PSURF__K(facets) *f, const psurf__run *r,
+                                    PSURF__K(line) *line)
 {
-    const uint32_t next = PSURF__SECTOR * psurf__following(r->sector, m);
     const psurf__weights at = psurf__weights_of(r->n, r->group->rate);
+    psurf__l3 *p = line->inside;
     uint32_t i;
-    line->p[0] = PSURF__K(sum)(at.p[0], f->rows[0], 4);
-    line->p[1] = PSURF__K(sum)(at.p[1], f->rows[1], 4);
-    line->p[2] = PSURF__K(sum)(at.p[2], f->rows[2], 3);
-    line->p[3] = PSURF__K(sum)(at.p[3], f->rows[3], 2);
-    line->p[4] = f->rows[4][0];
+    p[0] = PSURF__K(sum)(at.p[0], f->rows[0], 4);
+    p[1] = PSURF__K(sum)(at.p[1], f->rows[1], 4);
+    p[2] = PSURF__K(sum)(at.p[2], f->rows[2], 3);
+    p[3] = PSURF__K(sum)(at.p[3], f->rows[3], 2);
+    psurf__l3_put(&p[4], f->rows[4][0]);
     line->w[0] = PSURF__K(sum)(at.w[0], f->steps[0], 4);
     line->w[1] = PSURF__K(sum)(at.w[1], f->steps[1], 3);
     line->w[2] = PSURF__K(sum)(at.w[2], f->steps[2], 2);
-    line->w[3] = f->steps[3][0];
-    line->u[0] = line->p[1];
-    for (i = 1; i < 4; i++)
-        line->u[i] = psurf__l3_mul(line->p[i + 1], psurf__l_all(PSURF__R(i + 1)));
-    if (r->edge)
-        PSURF__K(take_edge)(f->edges[0], f->points[PSURF__SECTOR * r->sector], f->points[next],
-                            line);
+    psurf__l3_put(&line->w[3], f->steps[3][0]);
+    psurf__l3_put(&line->u[0], p[1]);
+    for (i = 1; i < 4; i++) line->u[i] = psurf__l3_mul(p[i + 1], psurf__l_all(PSURF__R(i + 1)));
+    PSURF__K(take_inside)(NULL, 0, line);
+}
+
+/* The line on the sector's edge, where c is 0 and g is 1/2. */
+static void PSURF__K(sector_edge)(const PSURF__K(facets) *f, const psurf__run *r, uint32_t m,
+                                  PSURF__K(line) *line)
+{
+    static const psurf_real power[4] = {PSURF__EIGHTH, PSURF__R(0.25), PSURF__R(0.5), 1};
+    const psurf__l3 *v0 = f->points + PSURF__SECTOR * r->sector;
+    const psurf__l3 *v1 = f->points + PSURF__SECTOR * psurf__following(r->sector, m);
+    uint32_t i;
+    for (i = 0; i < 4; i++) {
+        const psurf__lanes g = psurf__l_all(power[i]);
+        line->u[i] = psurf__l3_mul(psurf__l3_mul(f->rows[i + 1][0], g),
+                                   psurf__l_all(PSURF__R(i + 1)));
+        line->w[i] = psurf__l3_mul(f->steps[i][0], g);
+    }
+    PSURF__K(take_edge)(f->edges[0], v0, v1, line);
 }
 
 /* Looks closer at the normals of some lanes, bits of unsure. */
@@ -4695,18 +4742,22 @@ static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, ps
     return n;
 }
 
-/* The even and the odd part of a polynomial at h from the middle. */
-static PSURF__INLINE void PSURF__K(parts)(const psurf__l3 *c, int degree, psurf__lanes h,
-                                          psurf__lanes hh, psurf__l3 *even, psurf__l3 *odd)
+/* A polynomial at h before and behind the middle: its even and odd parts, apart and together. */
+static PSURF__INLINE void PSURF__K(both_sides)(const psurf__l3 *c, int degree, psurf__lanes h,
+                                               psurf__lanes hh, psurf__l3 *before,
+                                               psurf__l3 *behind)
 {
-    *even = psurf__l3_mad(c[0], hh, degree == 4 ? psurf__l3_mad(c[2], hh, c[4]) : c[2]);
-    *odd = psurf__l3_mul(degree == 2 ? c[1] : psurf__l3_mad(c[1], hh, c[3]), h);
+    const psurf__l3 high = degree == 4 ? psurf__l3_mad(c[2], hh, c[4]) : c[2];
+    const psurf__l3 even = psurf__l3_mad(c[0], hh, high);
+    const psurf__l3 odd = psurf__l3_mul(degree == 2 ? c[1] : psurf__l3_mad(c[1], hh, c[3]), h);
+    *before = psurf__l3_sub(even, odd);
+    *behind = psurf__l3_add(even, odd);
 }
 
 /* One sample of all lanes to where the cursor points. */
-static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, psurf__lanes parallel, uint32_t k,
-                                          psurf__l3 p, psurf__l3 u, psurf__l3 w, int normals,
-                                          psurf__cursor *c)
+static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(line) *line,
+                                          uint32_t k, psurf__l3 p, psurf__l3 u, psurf__l3 w,
+                                          int normals, psurf__cursor *c)
 {
     psurf__lanes q;
     psurf__l3 n;
@@ -4718,9 +4769,9 @@ static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, psurf__lanes para
     }
     n = psurf__l3_cross(u, w);
     q = psurf__l3_dot(n, n);
-    sure = psurf__l_greater(q, parallel);
+    sure = psurf__l_greater(q, line->facets->parallel);
     n = psurf__l3_mul(n, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
-    if (sure != 0xFFu) n = PSURF__K(mend)(r, k, u, w, n, ~sure);
+    if (!PSURF__LIKELY(sure == 0xFFu)) n = PSURF__K(mend)(r, k, u, w, n, ~sure);
     if (c->interleaved) {
         psurf__l_write6(p.x, p.y, p.z, n.x, n.y, n.z, c->p, c->p_at);
     } else {
@@ -4734,51 +4785,46 @@ static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, psurf__lanes para
    and back from its end. quartic: p is, else cubic; edge: p is cubic and without origin. */
 static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(line) *line,
                                             uint32_t k0, uint32_t k1, int quartic, int edge,
-                                            int normals, psurf__cursor *forth,
-                                            psurf__cursor *back)
+                                            int normals, psurf__cursor cursors[2])
 {
+    const psurf__l3 *origin = &line->facets->origin;
     uint32_t k;
     for (k = k0; k < k1; k++) {
         const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
         const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
-        psurf__l3 even, odd, first, last, u_even, u_odd, w_even, w_odd;
-        PSURF__K(parts)(line->p, quartic && !edge ? 4 : 3, h, hh, &even, &odd);
-        first = psurf__l3_sub(even, odd);
-        last = psurf__l3_add(even, odd);
-        if (!edge) {
-            first = psurf__l3_add(line->origin, first);
-            last = psurf__l3_add(line->origin, last);
-        }
+        psurf__l3 first, last, u_first, u_last, w_first, w_last;
         if ((edge || !quartic) && k == 0) {
-            first = line->ends[0];
-            last = line->ends[1];
+            psurf__l3_put(&first, *line->ends[0]);
+            psurf__l3_put(&last, *line->ends[1]);
+        } else {
+            PSURF__K(both_sides)(line->p, quartic && !edge ? 4 : 3, h, hh, &first, &last);
+            if (!edge) first = psurf__l3_add(*origin, first);
+            if (!edge) last = psurf__l3_add(*origin, last);
         }
-        u_even = u_odd = w_even = w_odd = even;
+        u_first = u_last = w_first = w_last = first;
         if (normals) {
-            PSURF__K(parts)(line->u, quartic ? 3 : 2, h, hh, &u_even, &u_odd);
-            PSURF__K(parts)(line->w, 3, h, hh, &w_even, &w_odd);
+            PSURF__K(both_sides)(line->u, quartic ? 3 : 2, h, hh, &u_first, &u_last);
+            PSURF__K(both_sides)(line->w, 3, h, hh, &w_first, &w_last);
         }
-        if (k >= r->begin)
-            PSURF__K(write)(r, line->parallel, k, first, psurf__l3_sub(u_even, u_odd),
-                            psurf__l3_sub(w_even, w_odd), normals, forth);
-        if (r->n - k < r->end && 2 * k != r->n)
-            PSURF__K(write)(r, line->parallel, r->n - k, last, psurf__l3_add(u_even, u_odd),
-                            psurf__l3_add(w_even, w_odd), normals, back);
+        if (PSURF__LIKELY(k >= r->begin))
+            PSURF__K(write)(r, line, k, first, u_first, w_first, normals, &cursors[0]);
+        if (PSURF__LIKELY(r->n - k < r->end && 2 * k != r->n))
+            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals, &cursors[1]);
     }
 }
 
 static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
-                                  uint32_t k1, psurf__cursor *forth, psurf__cursor *back)
+                                  uint32_t k1, psurf__cursor cursors[2])
 {
     switch ((r->tensor ? 0 : 4) + (r->edge ? 2 : 0) + (r->group->normals ? 1 : 0)) {
-    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, 0, forth, back); return;
-    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, 1, forth, back); return;
-    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 1, 0, forth, back); return;
-    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, 1, forth, back); return;
-    case 4: PSURF__K(samples)(r, line, k0, k1, 1, 0, 0, forth, back); return;
-    case 5: PSURF__K(samples)(r, line, k0, k1, 1, 0, 1, forth, back); return;
-    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 1, 0, forth, back); return;
-    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, 1, forth, back); return;
+    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, 0, cursors); return;
+    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, 1, cursors); return;
+    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 1, 0, cursors); return;
+    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, 1, cursors); return;
+    case 4: PSURF__K(samples)(r, line, k0, k1, 1, 0, 0, cursors); return;
+    case 5: PSURF__K(samples)(r, line, k0, k1, 1, 0, 1, cursors); return;
+    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 1, 0, cursors); return;
+    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, 1, cursors); return;
     }
 }
 
@@ -4786,16 +4832,16 @@ static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *lin
 static void PSURF__K(put_apart)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
                                 uint32_t k1)
 {
-    psurf_real first[8][6], last[8][6];
-    psurf__cursor forth, back;
+    psurf__held held;
+    psurf__cursor cursors[2];
     uint32_t i, k;
-    psurf__hold_cursor(&forth, first, r->group->normals);
-    psurf__hold_cursor(&back, last, r->group->normals);
+    psurf__hold_cursors(&held, r->group->normals, cursors);
     for (k = k0; k < k1; k++) {
-        PSURF__K(any_samples)(r, line, k, k + 1, &forth, &back);
+        PSURF__K(any_samples)(r, line, k, k + 1, cursors);
         for (i = 0; i < r->group->count; i++) {
-            if (k >= r->begin) r->group->put(r, i, k, first[i]);
-            if (r->n - k < r->end && 2 * k != r->n) r->group->put(r, i, r->n - k, last[i]);
+            if (k >= r->begin) r->group->put(r, i, k, held.sample[0][i]);
+            if (r->n - k < r->end && 2 * k != r->n)
+                r->group->put(r, i, r->n - k, held.sample[1][i]);
         }
     }
 }
@@ -4823,15 +4869,16 @@ static void PSURF__K(put_line)(const psurf__run *r, const PSURF__K(line) *line)
     const uint32_t pairs = r->group->border_only && !r->edge ? 1 : r->n / 2 + 1;
     const int all = apart == PSURF__ALL_APART || (apart == PSURF__BORDER_APART && r->edge);
     const uint32_t k0 = all ? pairs : apart == PSURF__BORDER_APART && r->tensor ? 1 : 0;
-    psurf__cursor forth, back;
+    const uint32_t first = k0 >= r->begin ? k0 : r->begin;
+    const uint32_t last = r->n - k0 < r->end ? r->n - k0 : r->end - 1;
+    psurf__cursor cursors[2];
     if (k0 > 0) PSURF__K(put_apart)(r, line, 0, k0);
     if (k0 >= pairs) return;
-    r->group->aim(r, k0 >= r->begin ? k0 : r->begin, 1, &forth);
-    r->group->aim(r, r->n - k0 < r->end ? r->n - k0 : r->end - 1, -1, &back);
-    PSURF__K(fetch)(forth.p, forth.p_at, forth.p_step, forth.p_bend, r->n + 1 - k0);
-    if (!forth.interleaved)
-        PSURF__K(fetch)(forth.n, forth.n_at, forth.n_step, forth.n_bend, r->n + 1 - k0);
-    PSURF__K(any_samples)(r, line, k0, pairs, &forth, &back);
+    r->group->aim(r, first, last, cursors);
+    PSURF__K(fetch)(cursors->p, cursors->p_at, cursors->p_step, cursors->p_bend, r->n + 1 - k0);
+    if (!cursors->interleaved)
+        PSURF__K(fetch)(cursors->n, cursors->n_at, cursors->n_step, cursors->n_bend, r->n + 1 - k0);
+    PSURF__K(any_samples)(r, line, k0, pairs, cursors);
 }
 
 static void PSURF__K(put_tensor_line)(const PSURF__K(facets) *f, psurf__run *r)
@@ -4844,8 +4891,7 @@ static void PSURF__K(put_tensor_line)(const PSURF__K(facets) *f, psurf__run *r)
     r->edge = r->d == 0 || r->d == rate;
     r->begin = 0;
     r->end = r->n + 1;
-    line.parallel = f->parallel;
-    line.origin = f->origin;
+    line.facets = f;
     if (polar) PSURF__K(polar_line)(f, r, &line);
     else PSURF__K(bicubic_line)(f, r, &line);
     PSURF__K(put_line)(r, &line);
@@ -4863,9 +4909,9 @@ static void PSURF__K(put_sector_line)(const PSURF__K(facets) *f, psurf__run *r, 
     r->begin = m < 5 && r->sector > 0;
     r->end = m < 5 ? r->n + (r->sector + 1 < m) : r->n > 0 ? r->n : r->sector == 0;
     if (r->begin >= r->end) return;
-    line.parallel = f->parallel;
-    line.origin = f->origin;
-    PSURF__K(sector_line)(f, r, m, &line);
+    line.facets = f;
+    if (r->edge) PSURF__K(sector_edge)(f, r, m, &line);
+    else PSURF__K(sector_inside)(f, r, &line);
     PSURF__K(put_line)(r, &line);
 }
 
@@ -5312,22 +5358,20 @@ static uint64_t psurf__triangles_before(const psurf_topology *t, uint32_t face, 
     return psurf__points_before(t, face, r * r, 2 * r * r, r * r, 0);
 }
 
-static psurf__lattice psurf__face_lattice(const psurf_topology *t, uint32_t face, uint32_t rate,
-                                          int welded)
+static void psurf__face_lattice(const psurf_topology *t, uint32_t face, uint32_t rate, int welded,
+                                psurf__lattice *l)
 {
     const uint32_t facet = t->face_facet[face];
-    psurf__lattice l;
-    l.topology = t;
-    l.corners = t->corners + psurf__facet_corner(t, psurf__facet_kind(t, facet), facet);
-    l.step = t->facets[facet].piece & PSURF_SPLIT_FACE ? 3 : 1;
-    l.face = face;
-    l.size = psurf__face_size(t, face);
-    l.rate = rate;
-    l.welded = welded;
-    l.edge_base = t->info.rings - t->info.centres;
-    l.base = welded ? psurf__insides_base(t, rate) + psurf__insides_before(t, face, rate)
-                    : psurf__face_points_before(t, face, rate);
-    return l;
+    l->topology = t;
+    l->corners = t->corners + psurf__facet_corner(t, psurf__facet_kind(t, facet), facet);
+    l->step = t->facets[facet].piece & PSURF_SPLIT_FACE ? 3 : 1;
+    l->face = face;
+    l->size = psurf__face_size(t, face);
+    l->rate = rate;
+    l->welded = welded;
+    l->edge_base = t->info.rings - t->info.centres;
+    l->base = welded ? psurf__insides_base(t, rate) + psurf__insides_before(t, face, rate)
+                     : psurf__face_points_before(t, face, rate);
 }
 
 /* Number of the sample at step k of edge i, and whether this face writes it. */
@@ -5495,25 +5539,14 @@ static ptrdiff_t psurf__vertex_step(const psurf__lattice *l, const psurf__point 
     return at->to_x + at->to_y * here;
 }
 
-/* Points the cursor at the places of a line from step k on, there or back again (way 1 or -1).
-   Faces of one kind and turn have their own points in the same order. */
-static void psurf__aim_line(const psurf__run *r, uint32_t k, int way, psurf__cursor *c)
+/* A cursor of places that lie so many vertices apart, offset from the first of each face. */
+static void psurf__place_cursor(const psurf__output *o, ptrdiff_t offset, ptrdiff_t step,
+                                ptrdiff_t bend, psurf__cursor *c)
 {
-    const psurf__output *o = (const psurf__output *)r->group->to;
-    const psurf__lattice *l = &o->lattice[0];
     const ptrdiff_t p_stride = o->out->p ? (ptrdiff_t)o->p_stride : 0;
     const ptrdiff_t n_stride = o->out->n ? (ptrdiff_t)o->n_stride : 0;
-    psurf__point at = psurf__line_point(r, k);
-    ptrdiff_t offset, step, bend;
-    uint32_t i;
-    int writes;
-    at.to_x *= way;
-    at.to_y *= way;
-    offset = (ptrdiff_t)psurf__lattice_vertex(l, r->group->kind == PSURF_P5 ? r->sector : 0, at.x,
-                                              at.y, &writes) - (ptrdiff_t)l->base;
-    step = psurf__vertex_step(l, &at, &bend);
-    for (i = 0; i < 8; i++) c->p[i] = o->p[i];
-    for (i = 0; i < 8; i++) c->n[i] = o->n[i];
+    c->p = o->p;
+    c->n = o->n;
     c->p_at = offset * p_stride;
     c->n_at = offset * n_stride;
     c->p_step = step * p_stride;
@@ -5521,6 +5554,26 @@ static void psurf__aim_line(const psurf__run *r, uint32_t k, int way, psurf__cur
     c->p_bend = bend * p_stride;
     c->n_bend = bend * n_stride;
     c->interleaved = o->out->p && o->out->n == o->out->p + 3 && p_stride == n_stride;
+}
+
+/* Points cursors at the places of a line: forth from its step first, and back from its step last.
+   Faces of one kind and turn have their own points in the same order. */
+static void psurf__aim_line(const psurf__run *r, uint32_t first, uint32_t last,
+                            psurf__cursor cursors[2])
+{
+    const psurf__output *o = (const psurf__output *)r->group->to;
+    const psurf__lattice *l = &o->lattice[0];
+    const psurf__point at = psurf__line_point(r, first);
+    const uint32_t sector = r->group->kind == PSURF_P5 ? r->sector : 0;
+    const ptrdiff_t steps = (ptrdiff_t)last - (ptrdiff_t)first;
+    ptrdiff_t offset, step, bend;
+    int writes;
+    offset = (ptrdiff_t)psurf__lattice_vertex(l, sector, at.x, at.y, &writes) -
+             (ptrdiff_t)l->base;
+    step = psurf__vertex_step(l, &at, &bend);
+    psurf__place_cursor(o, offset, step, bend, &cursors[0]);
+    offset += steps * step + steps * (steps - 1) / 2 * bend;
+    psurf__place_cursor(o, offset, -(step + (steps - 1) * bend), bend, &cursors[1]);
 }
 
 typedef struct psurf__job {             /* of one psurf_tessellate */
@@ -5570,7 +5623,7 @@ static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o,
     const psurf_topology *t = job->patches->topology;
     const uint32_t lane = g->count++, piece = t->facets[facet].piece;
     psurf__lattice *l = &o->lattice[lane];
-    *l = psurf__face_lattice(t, t->facets[facet].face, job->rate, job->welded);
+    psurf__face_lattice(t, t->facets[facet].face, job->rate, job->welded, l);
     o->piece[lane] = piece & PSURF_SPLIT_FACE ? piece & 0xFFFFu : PSURF_NONE;
     o->p[lane] = o->sink;
     o->n[lane] = o->sink;
@@ -5583,11 +5636,11 @@ static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o,
 /* A split triangle or quad: its lattice runs across its pieces, which lie where they may. */
 static void psurf__write_split_face(const psurf__job *job, uint32_t face)
 {
-    const psurf__lattice l = psurf__face_lattice(job->patches->topology, face, job->rate,
-                                                 job->welded);
+    psurf__lattice l;
     psurf__place places[PSURF__BLOCK];
     psurf__jet jets[PSURF__BLOCK];
     uint32_t vertex[PSURF__BLOCK], count = 0, i, x, y;
+    psurf__face_lattice(job->patches->topology, face, job->rate, job->welded, &l);
     for (y = 0; y <= l.rate; y++) {
         const uint32_t last = l.size == 4 ? l.rate : l.rate - y;
         for (x = 0; x <= last; x++) {
@@ -5728,9 +5781,9 @@ static void psurf__number_face(const psurf_patches *patches, const psurf_tess_de
                                uint32_t face, const psurf_tess_out *out)
 {
     const psurf_topology *t = patches->topology;
-    const psurf__lattice lattice = psurf__face_lattice(t, face, desc->rate,
-                                                       !(desc->flags & PSURF_TESS_PER_FACE));
+    psurf__lattice lattice;
     psurf__indices to;
+    psurf__face_lattice(t, face, desc->rate, !(desc->flags & PSURF_TESS_PER_FACE), &lattice);
     if (out->where) psurf__write_places(&lattice, out);
     if (!out->indices) return;
     to.lattice = &lattice;
@@ -6284,6 +6337,7 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__SQRT
 #undef PSURF__INLINE
 #undef PSURF__UNROLL
+#undef PSURF__LIKELY
 #undef PSURF__CARVE
 #undef PSURF__CARVE_TABLE
 #undef PSURF__ASSERT_SIZE
