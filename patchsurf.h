@@ -6386,6 +6386,7 @@ PSURF_API int psurf_exact(void)
 #undef psurf__l3_dot
 #undef psurf__l3_cross
 #undef psurf__l3_store
+#undef psurf__l3_put
 #if defined(__clang__)
 #if defined(__x86_64__) || defined(__i386__)
 #pragma float_control(pop)
