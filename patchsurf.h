@@ -706,6 +706,9 @@ PSURF_API int psurf_exact(void);
 #define PSURF__SIMD
 #define PSURF__SIMD_X86
 #include <immintrin.h>
+#if defined(_MSC_VER)
+#include <intrin.h>
+#endif
 #elif defined(__aarch64__) && defined(__ARM_NEON) && !defined(__AARCH64EB__)
 #define PSURF__SIMD
 #include <arm_neon.h>
@@ -3400,7 +3403,7 @@ static psurf__point psurf__line_point(const psurf__run *r, uint32_t k)
 {
     static const signed char way[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
     const psurf__group *g = r->group;
-    const uint32_t far = g->rate - r->d, i = r->sector, at_k = r->d + k;
+    const uint32_t across = g->rate - r->d, i = r->sector, at_k = r->d + k;
     psurf__point at;
     if (g->kind == PSURF_POLAR) return psurf__triangle_point(r, g->turn, k, 0);
     if (g->kind == PSURF_P3) return psurf__triangle_point(r, i, k, r->d);
@@ -3409,8 +3412,8 @@ static psurf__point psurf__line_point(const psurf__run *r, uint32_t k)
     at.to_x = 1;
     at.to_y = 0;
     if (g->kind != PSURF_P4) return at;
-    at.x = i == 0 ? at_k : i == 1 ? far : i == 2 ? g->rate - at_k : r->d;
-    at.y = i == 0 ? r->d : i == 1 ? at_k : i == 2 ? far : g->rate - at_k;
+    at.x = i == 0 ? at_k : i == 1 ? across : i == 2 ? g->rate - at_k : r->d;
+    at.y = i == 0 ? r->d : i == 1 ? at_k : i == 2 ? across : g->rate - at_k;
     at.to_x = way[i][0];
     at.to_y = way[i][1];
     return at;
@@ -4428,16 +4431,16 @@ static void PSURF__K(find_parallel)(PSURF__K(facets) *f, uint32_t count)
 {
     const psurf_real eps = PSURF__PARALLEL, zero = 0;
     psurf__lanes extent = psurf__l3_dot(f->local[0], f->local[0]);
-    psurf_real far[8];
+    psurf_real bound[8];
     uint32_t i;
     for (i = 1; i < count; i++)
         extent = psurf__l_max(extent, psurf__l3_dot(f->local[i], f->local[i]));
-    psurf__l_store(far, extent);
+    psurf__l_store(bound, extent);
     for (i = 0; i < 8; i++) {                           /* |u| |w| <= 128 times the extent */
-        const psurf_real lengths = 16384 * (far[i] * far[i]), q = eps * eps * lengths;
-        far[i] = !(lengths < PSURF__LONG) ? 1 / zero : q > PSURF__SHORT ? q : PSURF__SHORT;
+        const psurf_real lengths = 16384 * (bound[i] * bound[i]), q = eps * eps * lengths;
+        bound[i] = !(lengths < PSURF__LONG) ? 1 / zero : q > PSURF__SHORT ? q : PSURF__SHORT;
     }
-    f->parallel = psurf__l_load(far);
+    f->parallel = psurf__l_load(bound);
 }
 
 /* The Bezier points of a cubic to powers of t - 1/2. Reversed: c[1] and c[3] change their signs. */
@@ -4875,9 +4878,10 @@ static void PSURF__K(put_line)(const psurf__run *r, const PSURF__K(line) *line)
     if (k0 > 0) PSURF__K(put_apart)(r, line, 0, k0);
     if (k0 >= pairs) return;
     r->group->aim(r, first, last, cursors);
-    PSURF__K(fetch)(cursors->p, cursors->p_at, cursors->p_step, cursors->p_bend, r->n + 1 - k0);
+    PSURF__K(fetch)(cursors->p, cursors->p_at, cursors->p_step, cursors->p_bend, last + 1 - first);
     if (!cursors->interleaved)
-        PSURF__K(fetch)(cursors->n, cursors->n_at, cursors->n_step, cursors->n_bend, r->n + 1 - k0);
+        PSURF__K(fetch)(cursors->n, cursors->n_at, cursors->n_step, cursors->n_bend,
+                        last + 1 - first);
     PSURF__K(any_samples)(r, line, k0, pairs, cursors);
 }
 
@@ -4954,8 +4958,11 @@ static const psurf__kernels *psurf__base_kernels(void) { return &PSURF__K(kernel
 
 #endif /* PSURF__IMPLEMENTING */
 
+/* Not with clang in MSVC's place, which hides AVX2, nor MinGW's gcc, whose stack it would need
+   aligned (gcc bug 54412). */
 #if defined(PSURF__ONCE) && defined(PSURF__SIMD_X86) && !defined(PSURF_NO_AVX2) && \
-    !defined(__AVX2__)
+    !defined(__AVX2__) && !(defined(_MSC_VER) && defined(__clang__)) && \
+    !(defined(__MINGW32__) && !defined(__clang__))
 #undef PSURF__ONCE
 #undef PSURF__SET
 #include PSURF_SELF                     /* this chapter once more, for AVX2 */
