@@ -144,15 +144,17 @@
    jobs. Any split gives the same bits.
 
    INSTRUCTION SETS. Evaluation works on eight facets or samples at once: with AVX2 or SSE2 on x86
-   (the processor is asked at run time), NEON on 64-bit ARM, else in plain C; psurf_simd_name()
-   tells. Vertices of packed 24 bytes, n = p + 3 and both strides 24, are written fastest.
+   (the processor is asked at run time; MinGW's gcc and clang-cl have SSE2 alone), NEON on 64-bit
+   little-endian ARM with gcc and clang, else in plain C; psurf_simd_name() tells. Vertices of
+   24 bytes, n = p + 3 and both strides 24, are written fastest. Facets smaller than 1e-4 units or
+   larger than 1e4 take a slower path to their normals.
 
    DETERMINISM. The same input gives the same bits with gcc and clang at any optimisation level,
    -march=native included, as C or C++, on 32- and 64-bit machines, little- and big-endian, with
    any split into ranges. The implementation switches contraction off for itself by pragmas that it
    undoes at its end (clang off x86: back to its default); it uses no libm function but sqrt, and
    one order of operations. Positions on a shared edge are bit-identical from both faces: every
-   facet boundary is one cubic, evaluated by one function that is symmetric in its ends. Normals
+   facet boundary is one cubic, evaluated in one order that is symmetric in its ends. Normals
    from two sides agree to rounding: displace along welded normals. In float the two differ by less
    than 0.01 degrees on most meshes, and by more on sharply folded edges a hundred times shorter
    than their distance from the origin, and at valences above some hundreds: keep meshes near their
@@ -589,6 +591,8 @@ PSURF_API psurf_result psurf_tessellate_size(const psurf_topology *topology,
    face that touches it, whichever range that face is in: all ranges together write every vertex
    once.
    Returns as psurf_tessellate_size. No allocation. Threads: disjoint ranges run concurrently.
+   Vertices are not written front to back: what goes to write-combined memory is better made
+   elsewhere and copied.
    Positions on shared edges are bit-identical from both sides at every rate. */
 PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psurf_tess_desc *desc,
                                         uint32_t first_face, uint32_t face_count,
@@ -624,7 +628,8 @@ typedef struct psurf_check_result {
    counted as sharp_edges. Boundary edges have one side and are passed over.
    Returns PSURF_OK, or BAD_DESC as psurf_construct_pass and psurf_tessellate_size. No allocation.
    Threads: any; sums over ranges add up, maxima combine. Every call reads all positions once, for
-   the diagonal: few large ranges are cheaper than many small ones. */
+   the diagonal: few large ranges are cheaper than many small ones. Beyond rate 128 the time grows
+   with the square of the rate. */
 PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_construct_desc *desc,
                                    uint32_t rate, uint32_t first_edge, uint32_t edge_count,
                                    psurf_check_result *result);
@@ -741,8 +746,10 @@ PSURF_API int psurf_exact(void);
 #define PSURF__LIKELY(condition) (condition)
 #endif
 
-#ifndef PSURF_SELF
-#define PSURF_SELF "patchsurf.h"
+#ifdef PSURF_SELF
+#define PSURF__SELF PSURF_SELF
+#else
+#define PSURF__SELF "patchsurf.h"
 #endif
 
 /* The promise of equal bits needs every product rounded before it is added. Compilers may not fuse
@@ -3489,7 +3496,7 @@ typedef struct psurf__kernels {
 #define psurf__l_sqrt PSURF__K(l_sqrt)
 #define psurf__l_max PSURF__K(l_max)            /* a > b ? a : b */
 #define psurf__l_greater PSURF__K(l_greater)    /* bit i: a > b in lane i */
-#define psurf__l_columns PSURF__K(l_columns)    /* lane i of out[k] = p[i][k], k < count >= 8 */
+#define psurf__l_columns PSURF__K(l_columns)    /* lane i of out[k] = p[i][k], k < count >= 4 */
 #define psurf__l_fetch PSURF__K(l_fetch)        /* memory that is soon written */
 #define psurf__l_write3 PSURF__K(l_write3)      /* lane i of x, y, z to to[i] + at */
 #define psurf__l_write6 PSURF__K(l_write6)      /* the same of six */
@@ -4115,7 +4122,7 @@ static void PSURF__K(sector_net)(const psurf__l3 *sector, const psurf__l3 *v,
 
 /* ---- samples: a patch, a sector and weights of its own in every lane ---- */
 
-/* Derivatives are held as one holds them in a jet: p, du, dv, duu, duv, dvv. */
+/* A psurf__jet in every lane; normals follow from it. */
 typedef struct PSURF__K(jet) { psurf__l3 p, du, dv, duu, duv, dvv; } PSURF__K(jet);
 
 /* Bernstein polynomials of degree 3 and 2 at the weights t0 = 1-t and t1 = t. */
@@ -4965,7 +4972,7 @@ static const psurf__kernels *psurf__base_kernels(void) { return &PSURF__K(kernel
     !(defined(__MINGW32__) && !defined(__clang__))
 #undef PSURF__ONCE
 #undef PSURF__SET
-#include PSURF_SELF                     /* this chapter once more, for AVX2 */
+#include PSURF__SELF                    /* this chapter once more, for AVX2 */
 #define PSURF__ONCE
 #define PSURF__DISPATCH
 #endif
@@ -6325,14 +6332,14 @@ PSURF_API int psurf_exact(void)
     return 0;
 #else
     const int narrow = sizeof(psurf_real) == 4;
-    volatile psurf_real one = 1, small = PSURF__R(narrow ? 1.0 / 4096 : 1.0 / 134217728);
+    volatile psurf_real one = 1, slight = PSURF__R(narrow ? 1.0 / 4096 : 1.0 / 134217728);
     volatile psurf_real tiny = PSURF__R(narrow ? 1.17549435e-38 : 2.2250738585072014e-308), half,
                         sum;
-    psurf_real square = 1 + small;
-    volatile psurf_real minus = -(1 + 2 * small);
-    sum = square * square + minus;                      /* small^2 if fused, 0 if rounded between */
+    psurf_real square = 1 + slight;
+    volatile psurf_real minus = -(1 + 2 * slight);
+    sum = square * square + minus;                     /* slight^2 if fused, 0 if rounded between */
     if (sum > 0 || sum < 0) return 0;
-    sum = (one + small * small / 2) - one;              /* lost, unless registers are wider */
+    sum = (one + slight * slight / 2) - one;              /* lost, unless registers are wider */
     if (sum > 0) return 0;
     half = tiny / 2;                                    /* subnormal: 0 under FTZ */
     sum = half * 2;                                     /* 0 under DAZ */
@@ -6349,6 +6356,7 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__CARVE_TABLE
 #undef PSURF__ASSERT_SIZE
 #undef PSURF__SANITIZED
+#undef PSURF__SELF
 #undef PSURF__IS_float
 #undef PSURF__IS_double
 #undef PSURF__IS_OF

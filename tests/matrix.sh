@@ -233,7 +233,7 @@ cracks_without_symmetry() {
 # they wait for each other here. Sets `object`.
 implementation() {
     local real=$2
-    object=$results/work/implementation/$1_$real.o
+    object=$results/objects/$1_$real.o
     shift 2
     mkdir -p "${object%/*}"
     (
