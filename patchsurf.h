@@ -247,7 +247,10 @@ typedef struct psurf_topology psurf_topology;   /* opaque, immutable, shareable 
     X(NOT_FINITE,    "vertex position is not finite")                                              \
     X(TOO_LARGE,     "mesh or output exceeds a documented limit or the address space")             \
     X(OUT_OF_MEMORY, "allocator returned NULL")                                                    \
-    X(BAD_CORNER,    "corner names a vertex that does not exist")
+    X(BAD_CORNER,    "corner names a vertex that does not exist")                                  \
+    X(BAD_NORMAL,    "face corner refers to a normal that does not exist")                         \
+    X(BAD_SCHEME,    "face has an unknown scheme, or one that does not mix with those before it")  \
+    X(BAD_SPLIT,     "topology splits its faces otherwise than the scheme needs")
 typedef enum psurf_result {
 #define PSURF__X(name, text) PSURF_##name,
     PSURF_RESULTS(PSURF__X)
@@ -272,16 +275,63 @@ typedef struct psurf_allocator {
     void *ctx;
 } psurf_allocator;
 
-typedef enum psurf_scheme { PSURF_PM, PSURF_SCHEME_COUNT } psurf_scheme;
+/* How a surface is made from a mesh; the manual's CHOOSING A SCHEME compares them. */
+typedef enum psurf_scheme {
+    PSURF_PM,                           /* [PM]: tri, quad, pent, polar; the default */
+    PSURF_PN,                           /* [PN]: point-normal triangles and quads */
+    PSURF_SMOOTHED_N,                   /* [N]: smoothed N-patches; see psurf_variant */
+    PSURF_HYBRID,                       /* [GB]: hybrid, Foley-Opitz */
+    PSURF_PNG1,                         /* [GB]: PNG1 triangles */
+    PSURF_CUBIC_WM_B1,                  /* [GB]: Walton-Meek, cubic form with blends B1 */
+    PSURF_CUBIC_PN_B1,                  /* the same on the boundary curves of PN triangles */
+    PSURF_CUBIC_WM_B2,                  /* blends B2: not G1, for comparison */
+    PSURF_CUBIC_PN_B2,
+    PSURF_MIXED,                        /* each face has the one that desc.face_schemes gives it */
+    PSURF_SCHEME_COUNT,
+    PSURF_WM = PSURF_CUBIC_WM_B1        /* Walton-Meek's quartic is this very surface */
+} psurf_scheme;
 
 /* The kinds of patch, in the order of their blocks in memory. Points stored per patch: 16, 13, 19,
-   25, 31. Their order within a patch:
+   25, 31, 16, 25, 19, 22, 25, 19, 19. Their order within a patch:
      bicubic  g_ij at 4*j+i; i along corner 0 -> 1, j along corner 0 -> 3
      polar    h_ij at 4*j+i for j = 0, 1, 2; i along the base A -> B, j to the pole; then the pole
-     p3 4 5   per sector i: v^i, t0^i, t1^(i+1), b211^i, b121^i, b112^i; last b004, the centre */
+     p3 4 5   per sector i: v^i, t0^i, t1^(i+1), b211^i, b121^i, b112^i; last b004, the centre
+   Bezier triangles run row by row, from the edge corner 0 -> 1 to corner 2: b300 b210 b120 b030,
+   b201 b111 b021, b102 b012, b003; n200 n110 n020, n101 n011, n002. Edge e runs from corner e to
+   the next.
+     pn_tri   ten points; six normals
+     pn_quad  g_ij at 4*j+i as bicubic; normals n_ij at 16+3*j+i
+     npatch   ten points; six shading normals; per edge: how flat it is, 0..1; per edge: 1 where the
+              blended normal is turned to be orthogonal to the curve (variant g1), else 0; 1 where
+              flatness counts (final), 1 where the inside is drawn to the PN triangle, 1 where the
+              shading normal is the surface's
+     hybrid   three corners; per edge b210 b120 b201 b021 b111, as if it were the first; three
+              normals; per edge a PSURF_EDGE_... as a real
+     png1     the boundary, ten points without b111; the points that the six keys b210 b120 b201 b021
+              b102 b012 are blended with; per edge two inner points, at its start and end; three
+              normals; per edge a PSURF_EDGE_...
+     ribbon   the boundary; per edge two inner points; three normals; per edge a PSURF_EDGE_... */
 typedef enum psurf_kind {
-    PSURF_BICUBIC, PSURF_POLAR, PSURF_P3, PSURF_P4, PSURF_P5, PSURF_KIND_COUNT
+    PSURF_BICUBIC, PSURF_POLAR, PSURF_P3, PSURF_P4, PSURF_P5,
+    PSURF_PN_TRI, PSURF_PN_QUAD, PSURF_NPATCH, PSURF_HYBRID_TRI, PSURF_PNG1_TRI, PSURF_RIBBON,
+    PSURF_RIBBON_B2,
+    PSURF_KIND_COUNT
 } psurf_kind;
+
+/* How the construction of an edge went, in patches of kind hybrid, png1, ribbon. */
+enum {
+    PSURF_EDGE_SMOOTH = 0,
+    PSURF_EDGE_HARD = 1,                /* the normals of its two sides differ */
+    PSURF_EDGE_FALLBACK = 2             /* the formula is singular here: see the manual */
+};
+
+/* Which faces are split, and how; a scheme goes with one of them. */
+typedef enum psurf_split {
+    PSURF_SPLIT_PM,                     /* pm: fans round the centre, where a face has none */
+    PSURF_SPLIT_PN,                     /* pn: five corners or more, into quads and a triangle */
+    PSURF_SPLIT_TRIANGLES,              /* all others, and mixes: all faces, into triangles */
+    PSURF_SPLIT_COUNT
+} psurf_split;
 
 /* ---- topology: once per connectivity --------------------------------------------------------- */
 
@@ -314,6 +364,15 @@ typedef struct psurf_mesh_desc {
     const uint32_t *corners;            /* [corner_count] or NULL: vertices that stay in place (if
                                            two or more hard or boundary edges meet there) */
     uint32_t corner_count;
+    const uint32_t *face_normals;       /* [sum of sizes] normal of each face corner, or NULL: that
+                                           of its vertex. Edges whose two sides name different ones
+                                           at an end are hard; pm ignores them */
+    uint32_t normal_count;              /* with face_normals: they are below it */
+    psurf_split split;                  /* what the scheme asks for: psurf_scheme_split */
+    const unsigned char *face_schemes;  /* [face_count] of psurf_scheme, or NULL. With it the scheme
+                                           is PSURF_MIXED and the split PSURF_SPLIT_TRIANGLES; the
+                                           schemes have boundary curves in common: pn, smoothed_n,
+                                           cubic_pn_b1 and _b2; or wm and cubic_wm_b2; or one */
     uint32_t flags;
     psurf_real default_blend;           /* with PSURF_DEFAULT_BLEND: of edges without a tag */
     const psurf_real *positions;     /* [vertex_count][3] or NULL: only to refuse non-finite ones */
@@ -347,6 +406,7 @@ typedef struct psurf_info {
     uint32_t edges_cut;                 /* opened by PSURF_CUT_BAD_EDGES */
     uint32_t rings, spokes, facets, centres;
     uint32_t edge_sides;                /* edges, hard ones twice */
+    uint32_t inner_edges;               /* between pieces of split faces; pm: not counted */
     size_t bytes, peak_bytes;           /* kept by the object; most held while it was built */
 } psurf_info;
 
@@ -410,6 +470,8 @@ typedef struct psurf_tables {
     psurf_table blends;                 /* psurf_real per spoke; count 0 where all are 2/3 */
     psurf_table face_facet;             /* uint32_t per face: its first facet */
     psurf_table centres;                /* uint32_t per centre: its face */
+    psurf_table ring_normals;           /* uint32_t per ring: its normal; count 0 without
+                                           face_normals: the vertex */
     uint32_t kind_first[PSURF_KIND_COUNT + 1];          /* first facet of each kind */
     uint32_t kind_first_corner[PSURF_KIND_COUNT + 1];
     uint32_t version;                   /* PSURF_TABLE_VERSION */
@@ -446,7 +508,9 @@ typedef struct psurf_patches_layout {
     psurf_kind_block kind[PSURF_KIND_COUNT];    /* in the patches; offsets are multiples of 256 */
     size_t centre_offset;               /* in the scratch: [centres][3]; all multiples of 256 */
     size_t limit_offset;                /* [rings][3] limit points v */
-    size_t spoke_offset;                /* [spokes][2][3] tangent point t_j, face point f_j */
+    size_t spoke_offset;                /* pm: [spokes][2][3] tangent point t_j, face point f_j */
+    size_t normal_offset;               /* others: [rings][3] unit normals; limit points are the
+                                           vertices then, or what PSURF_NORMALS_LIMIT makes of them */
 } psurf_patches_layout;
 
 /* Patches of one mesh: a plain value that owns nothing. Fill it with psurf_patches_bind. The
@@ -458,11 +522,51 @@ typedef struct psurf_patches {
     void *patches, *scratch;
 } psurf_patches;
 
+/* Where vertex normals come from, for the schemes that take them (all but pm). */
+typedef enum psurf_normal_mode {
+    PSURF_NORMALS_AVERAGE,              /* mean of the unit normals of the facets around */
+    PSURF_NORMALS_AREA,                 /* the same, weighted by area */
+    PSURF_NORMALS_LIMIT,                /* pm's limit points and normals: of the positions too */
+    PSURF_NORMALS_COUNT
+} psurf_normal_mode;
+
+typedef enum psurf_variant {            /* of smoothed_n */
+    PSURF_N_G1,                         /* the repair that is smooth across edges */
+    PSURF_N_FINAL,                      /* [N]'s second listing, its errors mended */
+    PSURF_N_INTERMEDIATE,               /* [N]'s first */
+    PSURF_N_COUNT
+} psurf_variant;
+
+typedef enum psurf_shading {            /* shading normals of smoothed_n */
+    PSURF_SHADE_LINEAR,                 /* between the vertex normals, as [N] lists it */
+    PSURF_SHADE_QUADRATIC,              /* as PN triangles */
+    PSURF_SHADE_EXACT,                  /* the normal of the surface */
+    PSURF_SHADE_COUNT
+} psurf_shading;
+
+enum {                                  /* psurf_construct_desc.flags: what else a scheme can do */
+    PSURF_SIGMA = 1u,                   /* pn, smoothed_n: sigma counts, else 1/2 */
+    PSURF_COONS = 2u,                   /* pn: inside of quads by the discrete Coons rule */
+    PSURF_FOLDS = 4u,                   /* smoothed_n final: folds beyond 90 degrees are not flat */
+    PSURF_NEARLY_FLAT = 8u,             /* smoothed_n final: edges of dot > 0.98 count as flat, which
+                                           saves their smoothing */
+    PSURF_PLANE_NORMALS = 16u           /* hybrid: plane from the vertex normals at the edge, instead
+                                           of the bisector of its two facets */
+};
+
 typedef struct psurf_construct_desc {
     uint32_t _start_canary;
     const psurf_real *positions;        /* [vertex_count][3] */
     size_t position_stride;             /* bytes between positions; 0 = 3 reals */
-    const psurf_real *blends;           /* [spokes] 0..1, trusted; NULL = the topology's */
+    const psurf_real *blends;           /* pm: [spokes] 0..1, trusted; NULL = the topology's */
+    const psurf_real *normals;          /* [normal_count of the mesh][3], or [vertex_count] where it
+                                           has no face_normals; made unit length. NULL: computed */
+    size_t normal_stride;               /* bytes between normals; 0 = 3 reals */
+    psurf_normal_mode normal_mode;      /* read only without normals */
+    psurf_variant variant;
+    psurf_shading shading;
+    uint32_t flags;                     /* PSURF_SIGMA .. PSURF_PLANE_NORMALS */
+    psurf_real sigma;                   /* how far inner points are drawn out; finite */
     uint32_t _end_canary;
 } psurf_construct_desc;
 
@@ -517,10 +621,11 @@ typedef struct psurf_sample {
 
 /* Where results go; NULL = skip. Element k of an array lies k * stride bytes from its start; stride
    0 = 3 reals, else a multiple of the size of a real; all arrays share it. n has unit length, or is
-   zero where no direction exists (all control points of the patch on one line). du .. dvv are with
-   respect to the sample's u and v. */
+   zero where no direction exists (all control points of the patch on one line). shade is the unit
+   normal that the scheme shades with: pn and smoothed_n have one of their own, for all others it is
+   n. du .. dvv are with respect to the sample's u and v. */
 typedef struct psurf_points {
-    psurf_real *p, *n, *du, *dv, *duu, *duv, *dvv;
+    psurf_real *p, *n, *shade, *du, *dv, *duu, *duv, *dvv;
     size_t stride;
 } psurf_points;
 
@@ -566,8 +671,8 @@ typedef struct psurf_tess_span {
    written to memory of its own size: take both from the range's psurf_tess_span. Indices count from
    first_vertex. Strides in bytes, multiples of the size of a real; 0 = tight. */
 typedef struct psurf_tess_out {
-    psurf_real *p, *n;
-    size_t p_stride, n_stride;
+    psurf_real *p, *n, *shade;          /* n and shade as in psurf_points */
+    size_t p_stride, n_stride, shade_stride;
     psurf_sample *where;                /* place of each vertex, for psurf_interpolate; psurf_eval
                                            there gives the same point to rounding, not to the bit */
     void *indices;                      /* triangles, counter-clockwise */
@@ -617,6 +722,7 @@ typedef struct psurf_check_result {
     double max_normal_deg;              /* largest angle between the two normals of a pair */
     uint32_t worst_face, worst_edge;    /* where it is; PSURF_NONE if nothing was compared */
     uint32_t sharp_edges;               /* edges compared for cracks alone */
+    uint32_t fallback_edges;            /* PSURF_EDGE_FALLBACK in a facet beside them */
 } psurf_check_result;
 
 /* Compares edges first_edge .. first_edge+edge_count-1 (of psurf_info.edges) from both sides, at
@@ -666,6 +772,7 @@ PSURF_API void psurf_smooth_free(psurf_smooth_mesh *mesh);
 
 PSURF_API const char *psurf_result_string(psurf_result result);     /* static text, never NULL */
 PSURF_API const char *psurf_scheme_name(psurf_scheme scheme);       /* "pm"; NULL if out of range */
+PSURF_API psurf_split psurf_scheme_split(psurf_scheme scheme);      /* what it needs; PM if unknown */
 PSURF_API const char *psurf_kind_name(psurf_kind kind);             /* "bicubic" ...; or NULL */
 PSURF_API const char *psurf_simd_name(void);    /* the instruction set in use: "avx2", "sse2",
                                                    "neon", "scalar"; all give the same bits */
@@ -1157,7 +1264,9 @@ static psurf_kind psurf__facet_kind(const psurf_topology *t, uint32_t facet)
 typedef struct psurf__kind_facts { const char *name; uint32_t sides, points; } psurf__kind_facts;
 
 static const psurf__kind_facts psurf__kind_table[PSURF_KIND_COUNT] = {
-    {"bicubic", 4, 16}, {"polar", 3, 13}, {"p3", 3, 19}, {"p4", 4, 25}, {"p5", 5, 31}
+    {"bicubic", 4, 16}, {"polar", 3, 13}, {"p3", 3, 19}, {"p4", 4, 25}, {"p5", 5, 31},
+    {"pn_tri", 3, 16}, {"pn_quad", 4, 25}, {"npatch", 3, 19}, {"hybrid", 3, 22}, {"png1", 3, 25},
+    {"ribbon", 3, 19}, {"ribbon_b2", 3, 19}
 };
 
 static uint32_t psurf__kind_sides(psurf_kind kind) { return psurf__kind_table[kind].sides; }
@@ -2893,20 +3002,109 @@ static void psurf__pm_facets(const psurf_patches *p, const psurf__control *contr
         case PSURF_P3: psurf__pm_sectors(&data, corner, 3, out); break;
         case PSURF_P4: psurf__pm_sectors(&data, corner, 4, out); break;
         case PSURF_P5: psurf__pm_sectors(&data, corner, 5, out); break;
-        case PSURF_KIND_COUNT: break;
+        case PSURF_PN_TRI: case PSURF_PN_QUAD: case PSURF_NPATCH: case PSURF_HYBRID_TRI:
+        case PSURF_PNG1_TRI: case PSURF_RIBBON: case PSURF_RIBBON_B2: case PSURF_KIND_COUNT: break;
     }
+}
+
+/* ---- point-normal schemes: what they are told of a facet ---- */
+
+/* An edge of a facet, which runs from its corner of the same number to the next. */
+typedef struct psurf__local_edge {
+    psurf__v3 begin, end;               /* normals that the facet across has at its two ends */
+    psurf__v3 apex, apex_normal;        /* of the triangle across: corner off the edge */
+    psurf__v3 normal;                   /* of the triangle across, unit */
+    int border;                         /* nothing is across: all of these are the facet's own */
+    int turned;                         /* begins at the higher vertex */
+} psurf__local_edge;
+
+typedef struct psurf__local {
+    psurf__v3 p[4], n[4];               /* corners, and their unit normals on this side */
+    psurf__v3 normal;                   /* of the triangle, unit */
+    psurf__local_edge edge[4];
+} psurf__local;
+
+/* What a construction desc says to the schemes. */
+typedef struct psurf__options {
+    psurf_real sigma;
+    psurf_variant variant;
+    psurf_shading shading;
+    uint32_t flags;
+} psurf__options;
+
+/* From a facet to the points of its patch, in the order that psurf_kind tells. */
+typedef void psurf__local_rule(const psurf__local *l, const psurf__options *options,
+                               psurf_real *out);
+
+static void psurf__pn_triangle(const psurf__local *l, const psurf__options *options,
+                               psurf_real *out)
+{
+    (void)l, (void)options, (void)out;
+}
+
+static void psurf__pn_quad(const psurf__local *l, const psurf__options *options, psurf_real *out)
+{
+    (void)l, (void)options, (void)out;
+}
+
+static void psurf__smoothed_n(const psurf__local *l, const psurf__options *options, psurf_real *out)
+{
+    (void)l, (void)options, (void)out;
+}
+
+static void psurf__hybrid(const psurf__local *l, const psurf__options *options, psurf_real *out)
+{
+    (void)l, (void)options, (void)out;
+}
+
+static void psurf__png1(const psurf__local *l, const psurf__options *options, psurf_real *out)
+{
+    (void)l, (void)options, (void)out;
+}
+
+static void psurf__cubic_wm(const psurf__local *l, const psurf__options *options, psurf_real *out)
+{
+    (void)l, (void)options, (void)out;
+}
+
+static void psurf__cubic_pn(const psurf__local *l, const psurf__options *options, psurf_real *out)
+{
+    (void)l, (void)options, (void)out;
+}
+
+static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
+                                psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out)
+{
+    (void)p, (void)control, (void)kind, (void)first, (void)end, (void)out;
 }
 
 /* ---- the table of schemes, and the passes that run them ---- */
 
 typedef struct psurf__scheme_row {
     const char *name;
+    psurf_split split;
+    psurf_kind triangle;                /* of facets that the topology files as PSURF_PN_TRI */
     void (*facets)(const psurf_patches *, const psurf__control *, psurf_kind, uint32_t first,
                    uint32_t end, psurf_real *out);
+    psurf__local_rule *rule, *quad;     /* what psurf__local_facets asks */
 } psurf__scheme_row;
 
 static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
-    {"pm", psurf__pm_facets}
+    {"pm", PSURF_SPLIT_PM, PSURF_PN_TRI, psurf__pm_facets, NULL, NULL},
+    {"pn", PSURF_SPLIT_PN, PSURF_PN_TRI, psurf__local_facets, psurf__pn_triangle, psurf__pn_quad},
+    {"smoothed_n", PSURF_SPLIT_TRIANGLES, PSURF_NPATCH, psurf__local_facets, psurf__smoothed_n,
+     NULL},
+    {"hybrid", PSURF_SPLIT_TRIANGLES, PSURF_HYBRID_TRI, psurf__local_facets, psurf__hybrid, NULL},
+    {"png1", PSURF_SPLIT_TRIANGLES, PSURF_PNG1_TRI, psurf__local_facets, psurf__png1, NULL},
+    {"cubic_wm_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_wm,
+     NULL},
+    {"cubic_pn_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_pn,
+     NULL},
+    {"cubic_wm_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_wm,
+     NULL},
+    {"cubic_pn_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_pn,
+     NULL},
+    {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, psurf__local_facets, NULL, NULL}
 };
 
 static psurf_real *psurf__patch_points(const psurf_patches *p, psurf_kind kind, uint32_t facet)
@@ -3047,7 +3245,7 @@ typedef struct psurf__spot {
 } psurf__spot;
 
 typedef struct psurf__jet {
-    psurf__v3 p, n, du, dv, duu, duv, dvv;
+    psurf__v3 p, n, shade, du, dv, duu, duv, dvv;
     int curved;                         /* second derivatives exist here */
 } psurf__jet;
 
@@ -3246,6 +3444,18 @@ static void psurf__p5_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *j
     psurf__linear_pull(0, -1, 1, -1, jet);              /* face: weights of corner i and i+1 */
 }
 
+/* ---- triangles ---- */
+
+static void psurf__triangle_locate(uint32_t turn, uint32_t sector, const psurf_real *w,
+                                   psurf_real d, psurf__spot *spot)
+{
+    (void)turn;
+    (void)sector;
+    spot->sector = 0;
+    psurf__set_weights(spot, w[0], w[1], w[2], d);
+    psurf__find_triangle_edge(spot, w, d);
+}
+
 /* ---- the table of kinds ---- */
 
 typedef struct psurf__kind_row {
@@ -3255,6 +3465,10 @@ typedef struct psurf__kind_row {
     void (*pull)(const psurf__spot *spot, uint32_t turn, psurf__jet *jet);
     unsigned char edge[5][4];           /* the cubic of each edge: places of v0, t0, t1, v1 */
 } psurf__kind_row;
+
+/* Of a Bezier triangle's ten points; of the nine of its boundary. */
+#define PSURF__BEZIER_EDGES {{0, 1, 2, 3}, {3, 6, 8, 9}, {9, 7, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}
+#define PSURF__BOUNDARY_EDGES {{0, 1, 2, 3}, {3, 5, 7, 8}, {8, 6, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}
 
 static const psurf__kind_row psurf__kinds[PSURF_KIND_COUNT] = {
     {1, psurf__bicubic_locate, psurf__bicubic_pull,
@@ -3266,7 +3480,16 @@ static const psurf__kind_row psurf__kinds[PSURF_KIND_COUNT] = {
     {4, psurf__p4_locate, psurf__p4_pull,
      {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 0}, {0, 0, 0, 0}}},
     {5, psurf__p5_locate, psurf__p5_pull,
-     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}}}
+     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}}},
+    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BEZIER_EDGES},
+    {1, psurf__bicubic_locate, psurf__bicubic_pull,
+     {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}},
+    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BEZIER_EDGES},
+    {1, psurf__triangle_locate, psurf__bicubic_pull,
+     {{0, 3, 4, 1}, {1, 8, 9, 2}, {2, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
+    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BOUNDARY_EDGES},
+    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BOUNDARY_EDGES},
+    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BOUNDARY_EDGES}
 };
 
 /* ---- what the kernels are asked for ---- */
@@ -4123,7 +4346,7 @@ static void PSURF__K(sector_net)(const psurf__l3 *sector, const psurf__l3 *v,
 /* ---- samples: a patch, a sector and weights of its own in every lane ---- */
 
 /* A psurf__jet in every lane; normals follow from it. */
-typedef struct PSURF__K(jet) { psurf__l3 p, du, dv, duu, duv, dvv; } PSURF__K(jet);
+typedef struct PSURF__K(jet) { psurf__l3 p, shade, du, dv, duu, duv, dvv; } PSURF__K(jet);
 
 /* Bernstein polynomials of degree 3 and 2 at the weights t0 = 1-t and t1 = t. */
 static void PSURF__K(bernstein)(psurf__lanes t0, psurf__lanes t1, psurf__lanes b3[4],
@@ -6151,7 +6374,7 @@ PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_con
                                    uint32_t rate, uint32_t first_edge, uint32_t edge_count,
                                    psurf_check_result *result)
 {
-    const psurf_check_result none = {0, 0, 0, 0, 0, PSURF_NONE, PSURF_NONE, 0};
+    const psurf_check_result none = {0, 0, 0, 0, 0, PSURF_NONE, PSURF_NONE, 0, 0};
     psurf__control control;
     psurf_real shortest;
     uint32_t e, end;
@@ -6226,10 +6449,11 @@ static psurf_result psurf__fill_smooth(const psurf_patches *patches, uint32_t ra
                                        psurf_smooth_mesh *mesh)
 {
     psurf_tess_desc tess = {0, 0, 0, 0};
-    psurf_tess_out out = {NULL, NULL, 0, 0, NULL, NULL, 0, 0};
+    psurf_tess_out out;
     psurf__block block = {NULL, 0};
     psurf_tess_span span;
     psurf_result result;
+    psurf__clear(&out, sizeof out);
     tess.rate = rate;
     result = psurf_tessellate_size(patches->topology, &tess, 0, PSURF_NONE, &span);
     if (result != PSURF_OK) return result;
@@ -6250,13 +6474,14 @@ static psurf_result psurf__fill_smooth(const psurf_patches *patches, uint32_t ra
 static psurf_result psurf__make_smooth(const psurf_topology *t, const psurf_mesh_desc *desc,
                                        uint32_t rate, psurf_smooth_mesh *mesh)
 {
-    psurf_construct_desc construct = {0, NULL, 0, NULL, 0};
+    psurf_construct_desc construct;
     psurf__block block = {NULL, 0};
     psurf_patches_layout layout;
     psurf_patches patches;
     size_t bytes = 0;
     psurf_result result = psurf_patches_size(t, PSURF_PM, &layout);
     if (result != PSURF_OK) return result;
+    psurf__clear(&construct, sizeof construct);
     psurf__carve(&block, layout.patch_bytes, 1, 16);
     psurf__carve(&block, layout.scratch_bytes, 1, 16);
     result = psurf__allocate(&t->allocator, &block, &bytes);
@@ -6313,6 +6538,11 @@ PSURF_API const char *psurf_scheme_name(psurf_scheme scheme)
     return (uint32_t)scheme < PSURF_SCHEME_COUNT ? psurf__schemes[scheme].name : NULL;
 }
 
+PSURF_API psurf_split psurf_scheme_split(psurf_scheme scheme)
+{
+    return (uint32_t)scheme < PSURF_SCHEME_COUNT ? psurf__schemes[scheme].split : PSURF_SPLIT_PM;
+}
+
 PSURF_API const char *psurf_kind_name(psurf_kind kind)
 {
     return (uint32_t)kind < PSURF_KIND_COUNT ? psurf__kind_table[kind].name : NULL;
@@ -6365,6 +6595,8 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__SIMD_X86
 #undef PSURF__DISPATCH
 #undef PSURF__EIGHTH
+#undef PSURF__BEZIER_EDGES
+#undef PSURF__BOUNDARY_EDGES
 #undef PSURF__BLOCK
 #undef PSURF__PROBES
 #undef PSURF__PARALLEL
