@@ -726,13 +726,13 @@ typedef struct psurf_check_result {
     uint32_t fallback_edges;            /* PSURF_EDGE_FALLBACK in a facet beside them */
 } psurf_check_result;
 
-/* Compares edges first_edge .. first_edge+edge_count-1 (of psurf_info.edges) from both sides, at
-   rate+1 samples each, exactly as per-face tessellation writes them.
+/* Compares edges first_edge .. first_edge+edge_count-1 (of psurf_info.edges, then inner_edges) from
+   both sides, at rate+1 samples each, exactly as per-face tessellation writes them.
    desc: what the patches were constructed from. Pairs count as degenerate on edges shorter than
    1e-5 of the bounding box diagonal, beside faces with a corner angle below 0.5 degrees, at tips of
    slits (the two sharp edges of a ring less than 0.5 degrees apart), and where a normal is
-   zero. Hard edges, and those with a blend ratio of 0 at an end, are compared for cracks alone and
-   counted as sharp_edges. Boundary edges have one side and are passed over.
+   zero. Hard edges, and for pm those with a blend ratio of 0 at an end, are compared for cracks
+   alone and counted as sharp_edges. Boundary edges have one side and are passed over.
    Returns PSURF_OK, or BAD_DESC as psurf_construct_pass and psurf_tessellate_size. No allocation.
    Threads: any; sums over ranges add up, maxima combine. Every call reads all positions once, for
    the diagonal: few large ranges are cheaper than many small ones. Beyond rate 128 the time grows
@@ -4077,7 +4077,7 @@ static void psurf__halves_pull(const psurf__spot *spot, uint32_t turn, psurf__je
 }
 
 static const psurf__kind_row psurf__halves = {
-    2, psurf__halves_locate, psurf__halves_pull, PSURF__BEZIER_EDGES
+    2, 3, 0, 0, NULL, psurf__halves_locate, psurf__halves_pull, PSURF__BEZIER_EDGES, {0, 0, 0, 0}
 };
 
 /* ---- what the kernels are asked for ---- */
@@ -4090,9 +4090,9 @@ typedef struct psurf__batch {
     psurf__spot spot[8];
 } psurf__batch;
 
-/* What a line of a sector takes of its rows: p[i][l] = C(4,l) c^l g^(4-l-i), w the same of degree
-   3; c = (rate - n)/rate, g = n/(2 rate). */
-typedef struct psurf__weights { psurf_real p[4][4], w[3][4]; } psurf__weights;
+/* What a line of a sector takes of its rows: p[i][l] = C(4,l) c^l g^(4-l-i), w and q the same of
+   degrees 3 and 2; c = (rate - n)/rate, g = n/(2 rate). */
+typedef struct psurf__weights { psurf_real p[4][4], w[3][4], q[2][3]; } psurf__weights;
 
 static psurf__weights psurf__weights_of(uint32_t n, uint32_t rate)
 {
@@ -4121,6 +4121,11 @@ static psurf__weights psurf__weights_of(uint32_t n, uint32_t rate)
     at.w[1][2] = 3 * cc;
     at.w[2][0] = g;
     at.w[2][1] = 3 * c;
+    at.q[0][0] = gg;
+    at.q[0][1] = 2 * (c * g);
+    at.q[0][2] = cc;
+    at.q[1][0] = g;
+    at.q[1][1] = 2 * c;
     return at;
 }
 
@@ -4162,6 +4167,9 @@ static void psurf__hold_cursors(psurf__held *held, int normals, psurf__cursor c[
     }
 }
 
+/* Which normals go with positions: none, those of the surface, those to shade with. */
+typedef enum psurf__normals { PSURF__NO_NORMALS, PSURF__SURFACE, PSURF__SHADING } psurf__normals;
+
 /* Which samples have places of their own, to which no cursor moves. */
 typedef enum psurf__apart {
     PSURF__NONE_APART, PSURF__BORDER_APART, PSURF__ALL_APART
@@ -4175,7 +4183,7 @@ typedef struct psurf__group {
     uint32_t count, rate;               /* facets from count on repeat the first */
     uint32_t turn;
     const psurf_real *points[8];
-    int normals;                        /* or positions alone */
+    psurf__normals normals;
     int border_only;                    /* samples on the facets' edges alone */
     psurf__apart apart;
     void (*aim)(const psurf__run *run, uint32_t first, uint32_t last, psurf__cursor cursors[2]);
@@ -4189,7 +4197,7 @@ struct psurf__run {
     uint32_t sector, d, n;
     uint32_t begin, end;                /* samples begin <= k < end are wanted */
     psurf_real span;                    /* sample k lies (2k - n)/span from the middle */
-    int tensor, edge;                   /* of tensor kinds; on an edge of the facets */
+    int tensor, edge;                   /* not of sectors; on an edge of the facets */
 };
 
 /* How many steps a line of a Pm-patch has less than the line before. */
@@ -4239,7 +4247,10 @@ static psurf__point psurf__line_point(const psurf__run *r, uint32_t k)
 
 #define PSURF__EIGHTH PSURF__R(0.125)
 
-static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
+/* Squares of lengths of normals that are looked at more closely. */
+#define PSURF__VANISHING PSURF__R(1e-12)
+
+static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane, int direction,
                                psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8]);
 
 /* Rows of the 15 points of a sector: where the points of constant distance from the edge begin. */
@@ -5230,12 +5241,15 @@ typedef struct PSURF__K(facets) {
     psurf__l3 edges[2][4], sides[2][4];         /* on the first and last line; where lines end */
     psurf__l3 inner[PSURF__MAX_SECTORS][3];     /* lines from the corners to the centre */
     psurf__l3 rows[5][4], steps[4][4];          /* by power along a line, then across: see below */
+    psurf__l3 blends[PSURF__MAX_BLENDS];        /* points that rational weights go with */
+    uint32_t corners[4];                        /* places of the corners' normals; 0: none */
 } PSURF__K(facets);
 
 /* A line of theirs. On an edge of the patch p and ends are the edge's. */
 typedef struct PSURF__K(line) {
     const PSURF__K(facets) *facets;
     const psurf__l3 *p, *ends[2];               /* ends: where it ends on sides of the patch */
+    const psurf__l3 *normals[2];                /* there, where they are corners that have one */
     psurf__l3 inside[5], u[4], w[4], on_sides[2];
 } PSURF__K(line);
 
@@ -5268,6 +5282,17 @@ static PSURF__INLINE void PSURF__K(centred)(psurf__l3 p0, psurf__l3 p1, psurf__l
     c[1] = psurf__l3_mul(psurf__l3_add(across, middle), psurf__l_all(PSURF__R(0.75)));
     c[2] = psurf__l3_mul(bend, psurf__l_all(PSURF__R(1.5)));
     c[3] = psurf__l3_mad(across, psurf__l_all(-3), middle);
+}
+
+/* The same of a quadratic, whose points lie so many apart. */
+static PSURF__INLINE void PSURF__K(centred_quadratic)(const psurf__l3 *p, uint32_t apart,
+                                                      psurf__l3 c[3])
+{
+    const psurf__l3 outer = psurf__l3_add(p[0], p[2 * apart]);
+    c[0] = psurf__l3_mul(psurf__l3_mad(outer, psurf__l_all(2), p[apart]),
+                         psurf__l_all(PSURF__R(0.25)));
+    c[1] = psurf__l3_sub(p[2 * apart], p[0]);
+    c[2] = psurf__l3_sub(outer, psurf__l3_mul(p[apart], psurf__l_all(2)));
 }
 
 /* An edge, from points as they are stored. A zero of either sign becomes +0: then none is left
@@ -5395,17 +5420,78 @@ static void PSURF__K(open_sector)(PSURF__K(facets) *f, uint32_t m, uint32_t i)
     f->steps[0][3] = PSURF__K(rise)(net, 3, 0);
 }
 
+/* The normals of a PN quad in place of its steps: biquadratic, by power along, then across. */
+static void PSURF__K(open_shading_quad)(PSURF__K(facets) *f)
+{
+    const psurf__l3 *n = f->points + 16;
+    psurf__l3 along[3][3], across[3];
+    uint32_t i, j;
+    for (j = 0; j < 3; j++) PSURF__K(centred_quadratic)(n + 3 * j, 1, along[j]);
+    for (i = 0; i < 3; i++) {
+        PSURF__K(centred_quadratic)(along[0] + i, 3, across);
+        for (j = 0; j < 3; j++) psurf__l3_put(&f->steps[i][j], across[j]);
+    }
+    for (j = 0; j < 3; j++) f->steps[3][j] = psurf__l3_zero();
+}
+
+/* Steps of a triangle: a quadratic form, whose six points are the ways from row to row of its
+   cubic net, half way between the ends of each step along, three times; or its normals. */
+static void PSURF__K(triangle_steps)(const psurf__l3 net[10], psurf__l3 step[6])
+{
+    static const unsigned char from[6] = {0, 1, 2, 4, 5, 7}, to[6] = {4, 5, 6, 7, 8, 9};
+    uint32_t k;
+    for (k = 0; k < 6; k++) {
+        const psurf__l3 sum = psurf__l3_add(psurf__l3_sub(net[to[k]], net[from[k]]),
+                                            psurf__l3_sub(net[to[k]], net[from[k] + 1]));
+        step[k] = psurf__l3_mul(sum, psurf__l_all(PSURF__R(1.5)));
+    }
+}
+
+/* rows and steps of a triangle, as those of a sector: of its cubic net and the net's derivative
+   towards corner 2, or of its normals. */
+static void PSURF__K(open_triangle)(PSURF__K(facets) *f, const psurf__group *g)
+{
+    const unsigned char (*e)[4] = psurf__kinds[g->kind].edge;
+    const psurf__l3 *a = f->points;
+    psurf__l3 net[10], step[6];
+    PSURF__K(edge)(a + e[0][0], a + e[0][1], a + e[0][2], a + e[0][3], f->edges[0]);
+    PSURF__K(edge)(a + e[2][3], a + e[2][2], a + e[2][1], a + e[2][0], f->sides[0]);
+    PSURF__K(edge)(a + e[1][0], a + e[1][1], a + e[1][2], a + e[1][3], f->sides[1]);
+    PSURF__K(base_net)(g->kind, f->local, net);
+    PSURF__K(blend_points)(g->kind, f->local, f->blends);
+    PSURF__K(cubic_row)(net, 0, f->rows);
+    PSURF__K(quadratic_row)(net + 4, 1, f->rows);
+    PSURF__K(linear_row)(net + 7, 2, f->rows);
+    psurf__l3_put(&f->rows[0][3], net[9]);
+    PSURF__K(triangle_steps)(net, step);
+    if (g->normals == PSURF__SHADING) a += 10;
+    else a = step;
+    PSURF__K(quadratic_row)(a, 0, f->steps);
+    PSURF__K(linear_row)(a + 3, 1, f->steps);
+    psurf__l3_put(&f->steps[0][2], a[5]);
+}
+
 static void PSURF__K(open_facets)(const psurf__group *g, PSURF__K(facets) *f)
 {
     const uint32_t count = psurf__kind_table[g->kind].points, m = psurf__kind_sides(g->kind);
+    const psurf__kind_row *row = &psurf__kinds[g->kind];
+    const uint32_t control = row->sectors > 1 ? count : row->control;
+    const int centred = row->sectors > 1 || g->kind == PSURF_POLAR;
     uint32_t i;
     PSURF__K(points)(g->points, count, f->points);
-    psurf__l3_put(&f->origin, f->points[g->kind == PSURF_BICUBIC ? 0 : count - 1]);
-    for (i = 0; i < count; i++) f->local[i] = psurf__l3_sub(f->points[i], f->origin);
-    PSURF__K(find_parallel)(f, count);
-    if (g->kind == PSURF_BICUBIC) PSURF__K(open_bicubic)(f);
-    else if (g->kind == PSURF_POLAR) PSURF__K(open_polar)(f);
-    else
+    psurf__l3_put(&f->origin, f->points[centred ? count - 1 : 0]);
+    for (i = 0; i < control; i++) f->local[i] = psurf__l3_sub(f->points[i], f->origin);
+    for (; i < count; i++) psurf__l3_put(&f->local[i], f->points[i]);
+    for (i = 0; i < 4; i++) f->corners[i] = row->normal[i];
+    PSURF__K(find_parallel)(f, control);
+    if (g->kind == PSURF_BICUBIC || g->kind == PSURF_PN_QUAD) {
+        PSURF__K(open_bicubic)(f);
+        if (g->normals == PSURF__SHADING) PSURF__K(open_shading_quad)(f);
+    } else if (g->kind == PSURF_POLAR) {
+        PSURF__K(open_polar)(f);
+    } else if (psurf__kinds[g->kind].sectors == 1) {
+        PSURF__K(open_triangle)(f, g);
+    } else
         for (i = 0; i < m; i++)
             PSURF__K(inner_line)(f->local + PSURF__SECTOR * i,
                                  f->local + PSURF__SECTOR * psurf__preceding(i, m), m,
@@ -5436,12 +5522,21 @@ static PSURF__INLINE psurf__l3 PSURF__K(sum)(const psurf_real *b, const psurf__l
     return sum;
 }
 
+/* The normals at the ends of a line between corners i and j, where patches store them. */
+static PSURF__INLINE void PSURF__K(take_corners)(const PSURF__K(facets) *f, uint32_t i, uint32_t j,
+                                                 PSURF__K(line) *line)
+{
+    line->normals[0] = f->corners[0] ? f->points + f->corners[i] : NULL;
+    line->normals[1] = f->corners[0] ? f->points + f->corners[j] : NULL;
+}
+
 /* A line inside has points of its own, and ends on sides unless there are none; */
 static void PSURF__K(take_inside)(const psurf__l3 (*sides)[4], psurf_real x, PSURF__K(line) *line)
 {
     line->p = line->inside;
     line->ends[0] = &line->on_sides[0];
     line->ends[1] = &line->on_sides[1];
+    line->normals[0] = line->normals[1] = NULL;
     if (!sides) return;
     line->on_sides[0] = PSURF__K(cubic_at)(sides[0], x);
     line->on_sides[1] = PSURF__K(cubic_at)(sides[1], x);
@@ -5454,6 +5549,7 @@ static void PSURF__K(take_edge)(const psurf__l3 edge[4], const psurf__l3 *v0, co
     line->p = edge;
     line->ends[0] = v0;
     line->ends[1] = v1;
+    line->normals[0] = line->normals[1] = NULL;
 }
 
 static void PSURF__K(bicubic_line)(const PSURF__K(facets) *f, const psurf__run *r,
@@ -5476,6 +5572,7 @@ static void PSURF__K(bicubic_line)(const PSURF__K(facets) *f, const psurf__run *
     if (!r->edge) PSURF__K(take_inside)(f->sides, x, line);
     else if (r->d == 0) PSURF__K(take_edge)(f->edges[0], a, a + 3, line);
     else PSURF__K(take_edge)(f->edges[1], a + 12, a + 15, line);
+    if (r->edge) PSURF__K(take_corners)(f, r->d ? 3 : 0, r->d ? 2 : 1, line);
 }
 
 /* u is divided by 1-v, as in polar_jet. The line at the pole is the pole. */
@@ -5525,6 +5622,31 @@ static void PSURF__K(sector_inside)(const PSURF__K(facets) *f, const psurf__run 
     PSURF__K(take_inside)(NULL, 0, line);
 }
 
+/* A line of a triangle, from rows[i][l] by c^l g^(3-l-i), as those of sectors are. */
+static void PSURF__K(triangle_line)(const PSURF__K(facets) *f, const psurf__run *r,
+                                    PSURF__K(line) *line)
+{
+    const psurf_real rate = PSURF__R(r->group->rate), x = (2 * PSURF__R(r->d) - rate) / (2 * rate);
+    const psurf__weights at = psurf__weights_of(r->n, r->group->rate);
+    const unsigned char (*e)[4] = psurf__kinds[r->group->kind].edge;
+    const psurf__l3 *a = f->points + e[0][0], *b = f->points + e[0][3], *c = f->points + e[2][0];
+    psurf__l3 *p = line->inside;
+    p[0] = PSURF__K(sum)(at.w[0], f->rows[0], 4);
+    p[1] = PSURF__K(sum)(at.w[1], f->rows[1], 3);
+    p[2] = PSURF__K(sum)(at.w[2], f->rows[2], 2);
+    psurf__l3_put(&p[3], f->rows[3][0]);
+    line->w[0] = PSURF__K(sum)(at.q[0], f->steps[0], 3);
+    line->w[1] = PSURF__K(sum)(at.q[1], f->steps[1], 2);
+    psurf__l3_put(&line->w[2], f->steps[2][0]);
+    psurf__l3_put(&line->u[0], p[1]);
+    line->u[1] = psurf__l3_mul(p[2], psurf__l_all(2));
+    line->u[2] = psurf__l3_mul(p[3], psurf__l_all(3));
+    if (!r->edge) PSURF__K(take_inside)(f->sides, x, line);
+    else if (r->d == 0) PSURF__K(take_edge)(f->edges[0], a, b, line);
+    else PSURF__K(take_edge)(line->inside, c, c, line);
+    if (r->edge) PSURF__K(take_corners)(f, r->d ? 2 : 0, r->d ? 2 : 1, line);
+}
+
 /* The line on the sector's edge, where c is 0 and g is 1/2. */
 static void PSURF__K(sector_edge)(const PSURF__K(facets) *f, const psurf__run *r, uint32_t m,
                                   PSURF__K(line) *line)
@@ -5542,9 +5664,9 @@ static void PSURF__K(sector_edge)(const PSURF__K(facets) *f, const psurf__run *r
     PSURF__K(take_edge)(f->edges[0], v0, v1, line);
 }
 
-/* Looks closer at the normals of some lanes, bits of unsure. */
-static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, psurf__l3 w,
-                                psurf__l3 n, unsigned unsure)
+/* Looks closer at the normals of some lanes, bits of unsure. direction: u and w do not count. */
+static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, int direction, psurf__l3 u,
+                                psurf__l3 w, psurf__l3 n, unsigned unsure)
 {
     psurf_real us[3][8], ws[3][8], ns[3][8];
     uint32_t i;
@@ -5552,7 +5674,7 @@ static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, ps
     psurf__l3_store(ws, w);
     psurf__l3_store(ns, n);
     for (i = 0; i < 8; i++)                             /* those that repeat the first as well */
-        if (unsure >> i & 1) psurf__mend_normal(r, k, i, us, ws, ns);
+        if (unsure >> i & 1) psurf__mend_normal(r, k, i, direction, us, ws, ns);
     n.x = psurf__l_load(ns[0]);
     n.y = psurf__l_load(ns[1]);
     n.z = psurf__l_load(ns[2]);
@@ -5571,10 +5693,11 @@ static PSURF__INLINE void PSURF__K(both_sides)(const psurf__l3 *c, int degree, p
     *behind = psurf__l3_add(even, odd);
 }
 
-/* One sample of all lanes to where the cursor points. */
+/* One sample of all lanes to where the cursor points. The normal has the direction of u x w, or of
+   w where that is a normal itself. */
 static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(line) *line,
                                           uint32_t k, psurf__l3 p, psurf__l3 u, psurf__l3 w,
-                                          int normals, psurf__cursor *c)
+                                          int normals, int direction, psurf__cursor *c)
 {
     psurf__lanes q;
     psurf__l3 n;
@@ -5584,11 +5707,11 @@ static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(li
         psurf__advance(c);
         return;
     }
-    n = psurf__l3_cross(u, w);
+    n = direction ? w : psurf__l3_cross(u, w);
     q = psurf__l3_dot(n, n);
-    sure = psurf__l_greater(q, line->facets->parallel);
+    sure = psurf__l_greater(q, direction ? psurf__l_all(PSURF__VANISHING) : line->facets->parallel);
     n = psurf__l3_mul(n, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
-    if (!PSURF__LIKELY(sure == 0xFFu)) n = PSURF__K(mend)(r, k, u, w, n, ~sure);
+    if (!PSURF__LIKELY(sure == 0xFFu)) n = PSURF__K(mend)(r, k, direction, u, w, n, ~sure);
     if (c->interleaved) {
         psurf__l_write6(p.x, p.y, p.z, n.x, n.y, n.z, c->p, c->p_at);
     } else {
@@ -5596,6 +5719,18 @@ static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(li
         psurf__l_write3(n.x, n.y, n.z, c->n, c->n_at);
     }
     psurf__advance(c);
+}
+
+/* The ends of a line that are corners with normals of their own: "at a corner" [GB] has the normal
+   that it was given, whatever the patch has around it. */
+static void PSURF__K(put_corners)(const psurf__run *r, const PSURF__K(line) *line, psurf__l3 first,
+                                  psurf__l3 last, psurf__cursor cursors[2])
+{
+    const psurf__l3 *n = line->normals[0];
+    if (r->begin == 0) PSURF__K(write)(r, line, 0, first, *n, *n, 1, 1, &cursors[0]);
+    n = line->normals[1];
+    if (r->n < r->end && r->n > 0)
+        PSURF__K(write)(r, line, r->n, last, *n, *n, 1, 1, &cursors[1]);
 }
 
 /* Samples k and n-k of a line, k0 <= k < k1, as far as they are wanted: forth from its beginning
@@ -5619,29 +5754,189 @@ static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(
             if (!edge) last = psurf__l3_add(*origin, last);
         }
         u_first = u_last = w_first = w_last = first;
-        if (normals) {
+        if (normals) PSURF__K(both_sides)(line->w, 3, h, hh, &w_first, &w_last);
+        if (normals == PSURF__SURFACE)
             PSURF__K(both_sides)(line->u, quartic ? 3 : 2, h, hh, &u_first, &u_last);
-            PSURF__K(both_sides)(line->w, 3, h, hh, &w_first, &w_last);
+        if (edge && !quartic && normals && k == 0 && line->normals[0]) {
+            PSURF__K(put_corners)(r, line, first, last, cursors);
+            continue;
         }
         if (PSURF__LIKELY(k >= r->begin))
-            PSURF__K(write)(r, line, k, first, u_first, w_first, normals, &cursors[0]);
+            PSURF__K(write)(r, line, k, first, u_first, w_first, normals,
+                            normals == PSURF__SHADING, &cursors[0]);
         if (PSURF__LIKELY(r->n - k < r->end && 2 * k != r->n))
-            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals, &cursors[1]);
+            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals,
+                            normals == PSURF__SHADING, &cursors[1]);
+    }
+}
+
+/* Weights of the blends of eight samples of a line: value, and derivatives along and across. */
+typedef struct PSURF__K(blended) {
+    psurf_real p[PSURF__MAX_BLENDS][8], u[PSURF__MAX_BLENDS][8], w[PSURF__MAX_BLENDS][8];
+} PSURF__K(blended);
+
+/* Of samples k, k + step, k + 2 step ... as far as the line goes. */
+static void PSURF__K(weigh)(const psurf__run *r, uint32_t k, int step, PSURF__K(blended) *out)
+{
+    const psurf_real rate = PSURF__R(r->group->rate);
+    const uint32_t blends = psurf__blend_count(r->group->kind);
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5));
+    PSURF__K(weight) weight[PSURF__MAX_BLENDS];
+    psurf_real at[2][8];
+    psurf__lanes t[3];
+    uint32_t i;
+    for (i = 0; i < 8; i++) {
+        at[0][i] = PSURF__R(r->n - k) / rate;
+        at[1][i] = PSURF__R(k) / rate;
+        if (step > 0 ? k < r->n : k > 0) k = step > 0 ? k + 1 : k - 1;
+    }
+    t[0] = psurf__l_load(at[0]);
+    t[1] = psurf__l_load(at[1]);
+    t[2] = psurf__l_all(PSURF__R(r->d) / rate);
+    PSURF__K(blend_weights)(r->group->kind, t, 0, weight);
+    for (i = 0; i < blends; i++) {
+        const psurf__lanes *d = weight[i].d, sum = psurf__l_add(d[0], d[1]);
+        psurf__l_store(out->p[i], weight[i].v);
+        psurf__l_store(out->u[i], psurf__l_sub(d[1], d[0]));
+        psurf__l_store(out->w[i], psurf__l_sub(d[2], psurf__l_mul(half, sum)));
+    }
+}
+
+/* What the blends add to sample i of those eight. */
+static PSURF__INLINE psurf__l3 PSURF__K(blend)(psurf__l3 sum, psurf_real (*weights)[8], uint32_t i,
+                                               const psurf__l3 *points, uint32_t blends)
+{
+    uint32_t b;
+    for (b = 0; b < blends; b++)
+        sum = psurf__l3_mad(sum, psurf__l_all(weights[b][i]), points[b]);
+    return sum;
+}
+
+/* The same of triangles: a cubic, and what is blended into it. */
+static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PSURF__K(line) *line,
+                                                   uint32_t k0, uint32_t k1, uint32_t blends,
+                                                   int normals, psurf__cursor cursors[2])
+{
+    const psurf__l3 *origin = &line->facets->origin, *x = line->facets->blends;
+    PSURF__K(blended) forth, back;
+    uint32_t k, i = 0;
+    for (k = k0; k < k1; k++, i = (i + 1) % 8) {
+        const psurf_real from_middle = PSURF__R(r->n - 2 * k) / r->span;
+        const psurf__lanes h = psurf__l_all(from_middle), hh = psurf__l_all(from_middle * from_middle);
+        psurf__l3 first, last, u_first, u_last, w_first, w_last;
+        if (blends && i == 0) {
+            PSURF__K(weigh)(r, k, 1, &forth);
+            PSURF__K(weigh)(r, r->n - k, -1, &back);
+        }
+        if (k == 0) {
+            psurf__l3_put(&first, *line->ends[0]);
+            psurf__l3_put(&last, *line->ends[1]);
+        } else {
+            PSURF__K(both_sides)(line->p, 3, h, hh, &first, &last);
+            if (!r->edge) {
+                first = psurf__l3_add(*origin, PSURF__K(blend)(first, forth.p, i, x, blends));
+                last = psurf__l3_add(*origin, PSURF__K(blend)(last, back.p, i, x, blends));
+            }
+        }
+        u_first = u_last = w_first = w_last = first;
+        if (normals) PSURF__K(both_sides)(line->w, 2, h, hh, &w_first, &w_last);
+        if (normals == PSURF__SURFACE) {
+            PSURF__K(both_sides)(line->u, 2, h, hh, &u_first, &u_last);
+            u_first = PSURF__K(blend)(u_first, forth.u, i, x, blends);
+            w_first = PSURF__K(blend)(w_first, forth.w, i, x, blends);
+            u_last = PSURF__K(blend)(u_last, back.u, i, x, blends);
+            w_last = PSURF__K(blend)(w_last, back.w, i, x, blends);
+        }
+        if (normals && k == 0 && line->normals[0]) {
+            PSURF__K(put_corners)(r, line, first, last, cursors);
+            continue;
+        }
+        PSURF__K(write)(r, line, k, first, u_first, w_first, normals, normals == PSURF__SHADING,
+                        &cursors[0]);
+        if (2 * k != r->n)
+            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals,
+                            normals == PSURF__SHADING, &cursors[1]);
+    }
+}
+
+static void PSURF__K(triangle_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                                       uint32_t k1, psurf__cursor cursors[2])
+{
+    const int normals = (int)r->group->normals;
+    switch (psurf__blend_count(r->group->kind) + (uint32_t)normals) {
+    case 0: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__NO_NORMALS, cursors); return;
+    case 1: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SURFACE, cursors); return;
+    case 2: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SHADING, cursors); return;
+    case 7: PSURF__K(triangle_pairs)(r, line, k0, k1, 6, PSURF__SURFACE, cursors); return;
+    case 10: PSURF__K(triangle_pairs)(r, line, k0, k1, 9, PSURF__SURFACE, cursors); return;
+    case 13: PSURF__K(triangle_pairs)(r, line, k0, k1, 12, PSURF__SURFACE, cursors); return;
+    default:
+        PSURF__K(triangle_pairs)(r, line, k0, k1, psurf__blend_count(r->group->kind), normals,
+                                 cursors);
+    }
+}
+
+/* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample. */
+static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                                     uint32_t k1, psurf__cursor cursors[2])
+{
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), exact = line->facets->local[18].z;
+    const int exactly = psurf__l_greater(exact, half) != 0;     /* to shade with the surface's */
+    const psurf__normals normals = r->group->normals;
+    const psurf_real rate = PSURF__R(r->group->rate);
+    uint32_t k, side;
+    for (k = k0; k < k1; k++) {
+        const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
+        const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
+        psurf__l3 p[2], w[2];
+        PSURF__K(jet) jet;
+        if (k > 0 && r->edge) PSURF__K(both_sides)(line->p, 3, h, hh, &p[0], &p[1]);
+        if (normals == PSURF__SHADING) PSURF__K(both_sides)(line->w, 2, h, hh, &w[0], &w[1]);
+        for (side = 0; side < 2; side++) {
+            const uint32_t at = side ? r->n - k : k;
+            psurf__lanes t[3];
+            if (side && 2 * k == r->n) continue;
+            t[0] = psurf__l_all(PSURF__R(r->n - at) / rate);
+            t[1] = psurf__l_all(PSURF__R(at) / rate);
+            t[2] = psurf__l_all(PSURF__R(r->d) / rate);
+            if (k > 0 || normals)
+                PSURF__K(npatch)(line->facets->local, t, normals == PSURF__SURFACE || exactly,
+                                 &jet);
+            if (k == 0) psurf__l3_put(&p[side], *line->ends[side]);
+            else if (!r->edge) p[side] = psurf__l3_add(line->facets->origin, jet.p);
+            if (normals == PSURF__SHADING)
+                jet.dv = psurf__l3_select(exact, half, psurf__l3_cross(jet.du, jet.dv), w[side]);
+            if (normals && k == 0 && line->normals[0]) jet.dv = *line->normals[side];
+            PSURF__K(write)(r, line, at, p[side], jet.du, jet.dv, normals != PSURF__NO_NORMALS,
+                            normals == PSURF__SHADING || (k == 0 && line->normals[0]),
+                            &cursors[side]);
+        }
     }
 }
 
 static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
                                   uint32_t k1, psurf__cursor cursors[2])
 {
-    switch ((r->tensor ? 0 : 4) + (r->edge ? 2 : 0) + (r->group->normals ? 1 : 0)) {
-    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, 0, cursors); return;
-    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, 1, cursors); return;
-    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 1, 0, cursors); return;
-    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, 1, cursors); return;
-    case 4: PSURF__K(samples)(r, line, k0, k1, 1, 0, 0, cursors); return;
-    case 5: PSURF__K(samples)(r, line, k0, k1, 1, 0, 1, cursors); return;
-    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 1, 0, cursors); return;
-    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, 1, cursors); return;
+    const psurf_kind kind = r->group->kind;
+    if (kind == PSURF_NPATCH) {
+        PSURF__K(npatch_samples)(r, line, k0, k1, cursors);
+        return;
+    }
+    if (r->tensor && psurf__kind_sides(kind) == 3 && kind != PSURF_POLAR) {
+        PSURF__K(triangle_samples)(r, line, k0, k1, cursors);
+        return;
+    }
+    switch ((r->tensor ? 0 : 6) + (r->edge ? 3 : 0) + (int)r->group->normals) {
+    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__NO_NORMALS, cursors); return;
+    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__SURFACE, cursors); return;
+    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__SHADING, cursors); return;
+    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__NO_NORMALS, cursors); return;
+    case 4: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__SURFACE, cursors); return;
+    case 5: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__SHADING, cursors); return;
+    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 0, PSURF__NO_NORMALS, cursors); return;
+    case 7: PSURF__K(samples)(r, line, k0, k1, 1, 0, PSURF__SURFACE, cursors); return;
+    case 9: PSURF__K(samples)(r, line, k0, k1, 1, 1, PSURF__NO_NORMALS, cursors); return;
+    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, PSURF__SURFACE, cursors); return;
     }
 }
 
@@ -5703,14 +5998,16 @@ static void PSURF__K(put_tensor_line)(const PSURF__K(facets) *f, psurf__run *r)
 {
     const uint32_t rate = r->group->rate;
     const int polar = r->group->kind == PSURF_POLAR;
+    const int three = psurf__kind_sides(r->group->kind) == 3;
     PSURF__K(line) line;
-    r->n = polar ? rate - r->d : rate;
-    r->span = PSURF__R(r->n ? 2 * r->n : 1);
+    r->n = three ? rate - r->d : rate;
+    r->span = PSURF__R(three && !polar ? 2 * rate : r->n ? 2 * r->n : 1);
     r->edge = r->d == 0 || r->d == rate;
     r->begin = 0;
     r->end = r->n + 1;
     line.facets = f;
     if (polar) PSURF__K(polar_line)(f, r, &line);
+    else if (three) PSURF__K(triangle_line)(f, r, &line);
     else PSURF__K(bicubic_line)(f, r, &line);
     PSURF__K(put_line)(r, &line);
 }
@@ -5741,7 +6038,7 @@ static void PSURF__K(lattice)(const psurf__group *g)
     psurf__run r;
     r.group = g;
     r.sector = 0;
-    r.tensor = g->kind == PSURF_BICUBIC || g->kind == PSURF_POLAR;
+    r.tensor = psurf__kinds[g->kind].sectors == 1;
     PSURF__K(open_facets)(g, &f);
     for (r.d = 0; r.tensor && r.d <= g->rate; r.d++) PSURF__K(put_tensor_line)(&f, &r);
     for (; !r.tensor && r.sector < m; r.sector++) {
@@ -5877,6 +6174,18 @@ static void psurf__lone_batch(psurf__batch *b, psurf_kind kind, const psurf_real
     }
 }
 
+/* First derivatives at a spot. */
+static void psurf__slopes(psurf_kind kind, const psurf_real *points, const psurf__spot *spot,
+                          psurf__v3 *du, psurf__v3 *dv)
+{
+    psurf__jet jets[8];
+    psurf__batch batch;
+    psurf__lone_batch(&batch, kind, points, spot);
+    psurf__best_kernels()->jets(&batch, 0, jets);
+    *du = jets[0].du;
+    *dv = jets[0].dv;
+}
+
 /* The unit normal. Where du and dv are parallel, as on a crease of blend ratio 0, it is the
    one-sided normal a little inside; 0 if there is none either. */
 static psurf__v3 psurf__normal(psurf_kind kind, const psurf_real *points, const psurf__spot *spot,
@@ -5884,16 +6193,14 @@ static psurf__v3 psurf__normal(psurf_kind kind, const psurf_real *points, const 
 {
     psurf__v3 n = psurf__unit_cross(du, dv);
     psurf__spot inside = *spot;
-    psurf__jet near_by[8];
-    psurf__batch batch;
     if (psurf__dot(n, n) > 0) return n;
     psurf__move_inside(kind, &inside);
-    psurf__lone_batch(&batch, kind, points, &inside);
-    psurf__best_kernels()->jets(&batch, 0, near_by);
-    return psurf__unit_cross(near_by[0].du, near_by[0].dv);
+    psurf__slopes(kind, points, &inside, &du, &dv);
+    return psurf__unit_cross(du, dv);
 }
 
-static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
+/* direction: the normal that was to be written vanishes; that of the surface takes its place. */
+static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane, int direction,
                                psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8])
 {
     const psurf__group *g = run->group;
@@ -5920,6 +6227,7 @@ static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
         spot.w[2] = (rate - steps) / rate;
         spot.w[3] = 0;
     }
+    if (direction) psurf__slopes(g->kind, g->points[lane], &spot, &du, &dv);
     normal = psurf__normal(g->kind, g->points[lane], &spot, du, dv);
     n[0][lane] = normal.x;
     n[1][lane] = normal.y;
@@ -6468,6 +6776,7 @@ typedef struct psurf__job {             /* of one psurf_tessellate */
     const psurf__kernels *kernels;
     uint32_t rate, end;                 /* end: of the range of faces */
     int welded;
+    psurf__normals normals;             /* that out->n gets */
 } psurf__job;
 
 static void psurf__open_group(const psurf__job *job, psurf_kind kind, uint32_t turn, int split,
@@ -6477,7 +6786,8 @@ static void psurf__open_group(const psurf__job *job, psurf_kind kind, uint32_t t
     g->turn = turn;
     g->count = 0;
     g->rate = job->rate;
-    g->normals = job->out->n != NULL;
+    g->normals = job->normals;
+    if (job->normals == PSURF__SHADING && !psurf__kinds[kind].shaded) g->normals = PSURF__SURFACE;
     g->border_only = 0;
     g->apart = split ? PSURF__ALL_APART : job->welded ? PSURF__BORDER_APART : PSURF__NONE_APART;
     g->aim = psurf__aim_line;
@@ -6515,7 +6825,7 @@ static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o,
     o->n[lane] = o->sink;
     if (job->out->p) o->p[lane] = job->out->p + (l->base - job->out->first_vertex) * o->p_stride;
     if (job->out->n) o->n[lane] = job->out->n + (l->base - job->out->first_vertex) * o->n_stride;
-    g->points[lane] = psurf__patch_points(job->patches, g->kind, facet);
+    g->points[lane] = psurf__view_facet(job->patches, facet).points;
     if (g->count == 8) psurf__run_group(job, g, o);
 }
 
@@ -6549,7 +6859,8 @@ static void psurf__write_split_face(const psurf__job *job, uint32_t face)
     }
 }
 
-/* Whole faces of each turn, and pieces of split ones, gather in groups of their own. */
+/* Facets filed under a kind. Whole faces of each turn, and pieces of split ones, gather in groups of
+   their own. */
 static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t first_face)
 {
     const psurf_topology *t = job->patches->topology;
@@ -6557,7 +6868,9 @@ static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t fi
     psurf__group groups[4];
     uint32_t i = psurf__first_facet(t, kind, first_face), k;
     if (i >= t->kind_first[kind + 1]) return;
-    for (k = 0; k < 4; k++) psurf__open_group(job, kind, k % 3, k == 3, &groups[k], &outputs[k]);
+    for (k = 0; k < 4; k++)
+        psurf__open_group(job, psurf__patch_kind(job->patches, kind), k % 3, k == 3, &groups[k],
+                          &outputs[k]);
     for (; i < t->kind_first[kind + 1] && t->facets[i].face < job->end; i++) {
         const psurf_facet *facet = &t->facets[i];
         if (!(facet->piece & PSURF_SPLIT_FACE)) {
@@ -6575,6 +6888,13 @@ static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t fi
         psurf__add_facet(job, &groups[k], &outputs[k], i);
     }
     for (k = 0; k < 4; k++) psurf__run_group(job, &groups[k], &outputs[k]);
+}
+
+static void psurf__tessellate_kinds(psurf__job *job, uint32_t first_face)
+{
+    uint32_t k;
+    for (k = 0; k < PSURF_KIND_COUNT; k++)
+        psurf__tessellate_kind(job, (psurf_kind)k, first_face);
 }
 
 /* ---- triangles ---- */
@@ -6680,11 +7000,13 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
 {
     psurf_tess_span span;
     psurf_result result;
+    psurf_tess_out to;
     psurf__job job;
-    uint32_t f, k;
+    uint32_t f;
     if (!patches || !out || out->p_stride % sizeof(psurf_real) ||
-        out->n_stride % sizeof(psurf_real))
+        out->n_stride % sizeof(psurf_real) || out->shade_stride % sizeof(psurf_real))
         return PSURF_BAD_DESC;
+    to = *out;
     result = psurf_tessellate_size(patches->topology, desc, first_face, face_count, &span);
     if (result != PSURF_OK) return result;
     if (out->first_vertex > span.first_vertex || out->first_index > span.first_index)
@@ -6693,13 +7015,20 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
         (uint64_t)span.first_vertex + span.vertex_count - out->first_vertex > 0xFFFFu)
         return PSURF_TOO_LARGE;
     job.patches = patches;
-    job.out = out;
+    job.out = &to;
     job.kernels = psurf__best_kernels();
     job.rate = desc->rate;
     job.end = psurf__range_end(first_face, face_count, patches->topology->info.faces);
     job.welded = !(desc->flags & PSURF_TESS_PER_FACE);
-    for (k = 0; k < PSURF_KIND_COUNT && (out->p || out->n); k++)
-        psurf__tessellate_kind(&job, (psurf_kind)k, first_face);
+    job.normals = out->n ? PSURF__SURFACE : PSURF__NO_NORMALS;
+    if (out->n || (out->p && !out->shade)) psurf__tessellate_kinds(&job, first_face);
+    if (out->shade) {                                   /* in place of n, in a run of its own */
+        to.n = out->shade;
+        to.n_stride = out->shade_stride;
+        if (out->n) to.p = NULL;
+        job.normals = PSURF__SHADING;
+        psurf__tessellate_kinds(&job, first_face);
+    }
     for (f = first_face; f < job.end && (out->where || out->indices); f++)
         psurf__number_face(patches, desc, f, out);
     return PSURF_OK;
@@ -6979,12 +7308,23 @@ static void psurf__compare(const psurf_real *a, const psurf_real *b, int sharp, 
     }
 }
 
+/* Whether the construction of the edge fell back, as a facet beside it noted. */
+static int psurf__fell_back(const psurf__side *side)
+{
+    const psurf__view view = psurf__view_facet(side->patches, side->facet);
+    const uint32_t flags = psurf__kind_table[view.kind].points - 1;     /* the last point */
+    return view.row->net && !view.row->shaded &&
+           view.points[3 * flags + side->edge] > PSURF_EDGE_HARD;
+}
+
+/* Edges that two faces share; from psurf_info.edges on, those between pieces of one face. */
 static void psurf__check_edge(const psurf_patches *patches, const psurf__control *control,
                               psurf_real shortest, uint32_t rate, uint32_t edge,
                               psurf_check_result *r)
 {
     const psurf_topology *t = patches->topology;
-    const psurf_edge corners = t->edges[edge];
+    const uint32_t second_sides = t->info.edge_sides - t->info.edges;
+    const psurf_edge corners = t->edges[edge < t->info.edges ? edge : edge + second_sides];
     const psurf_corner *ends[2];
     psurf__side a, b;
     uint32_t k, first, count;
@@ -6995,12 +7335,13 @@ static void psurf__check_edge(const psurf_patches *patches, const psurf__control
     ends[0] = &t->corners[corners.corner];
     ends[1] = &t->corners[corners.other];
     sharp = ((ends[0]->edge ^ ends[1]->edge) & ~PSURF_WRITER) != 0 ||
-            (control->blends && (control->blends[ends[0]->spoke] <= 0 ||
+            (control->blends && t->split == PSURF_SPLIT_PM && (control->blends[ends[0]->spoke] <= 0 ||
                                  control->blends[ends[1]->spoke] <= 0));
     degenerate = psurf__is_degenerate(t, control, &a) || psurf__is_degenerate(t, control, &b) ||
                  psurf__distance(psurf__corner_position(t, control, corners.corner),
                                  psurf__corner_position(t, control, corners.other)) < shortest;
     r->sharp_edges += (uint32_t)sharp;
+    r->fallback_edges += (uint32_t)(psurf__fell_back(&a) || psurf__fell_back(&b));
     for (first = 0; first <= rate; first += PSURF__PROBES) {
         count = rate + 1 - first < PSURF__PROBES ? rate + 1 - first : PSURF__PROBES;
         psurf__probe_side(&a, rate, first);
@@ -7024,7 +7365,8 @@ PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_con
     *result = none;
     control = psurf__control_of(patches, desc);
     shortest = PSURF__R(1e-5) * psurf__mesh_diagonal(patches->topology, &control);
-    end = psurf__range_end(first_edge, edge_count, patches->topology->info.edges);
+    end = psurf__range_end(first_edge, edge_count, patches->topology->info.edges +
+                                                       patches->topology->info.inner_edges);
     for (e = first_edge; e < end; e++)
         psurf__check_edge(patches, &control, shortest, rate, e, result);
     return PSURF_OK;
@@ -7236,6 +7578,7 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__SIMD_X86
 #undef PSURF__DISPATCH
 #undef PSURF__EIGHTH
+#undef PSURF__VANISHING
 #undef PSURF__BEZIER_EDGES
 #undef PSURF__BOUNDARY_EDGES
 #undef PSURF__BLOCK
