@@ -3475,40 +3475,620 @@ typedef struct psurf__local {
 typedef void psurf__local_rule(const psurf__local *l, const psurf__options *options,
                                psurf_real *out);
 
+/* ---- point-normal schemes: boundary curves ---- */
+
+/* A square that is smaller than this part of another is rounding: sines and ratios below 1e-5, in
+   double 1e-12. */
+#define PSURF__SLIGHT (sizeof(psurf_real) == 4 ? PSURF__R(1e-10) : PSURF__R(1e-24))
+
+static psurf__v3 psurf__unit(psurf__v3 a)
+{
+    const psurf__v3 s = psurf__scaled(a);
+    const psurf_real q = psurf__dot(s, s);
+    return q > 0 ? psurf__mul(s, 1 / psurf__sqrt(q)) : s;
+}
+
+/* d without its part along n. */
+static psurf__v3 psurf__tangential(psurf__v3 d, psurf__v3 n)
+{
+    return psurf__mad(d, -psurf__dot(d, n), n);
+}
+
+/* How an inner point of a boundary curve follows from the normals at its ends. Each rule's number
+   is the mu that goes with it on hard edges. */
+typedef enum psurf__curve_rule {
+    PSURF__BY_PROJECTION,               /* [PN] (1), [N] 1.1.5 */
+    PSURF__BY_LENGTH,                   /* [GB] 2.2: a third of the chord long */
+    PSURF__BY_WM                        /* [GB] 2.3: Walton and Meek's */
+} psurf__curve_rule;
+
+/* The boundary curve of an edge, p0 p0+h0 p1+h1 p1. Both facets compute it, from the same values but
+   with its ends swapped, and must get the same bits: so one function makes either handle, to which
+   the edge runs from the near end to the far one, and which is even in what changes sign where the
+   normals of the two sides are swapped. */
+typedef struct psurf__curve {
+    psurf__v3 chord, handle[2];
+    psurf__v3 normal[2];                /* that both sides have, or their mean; hard ends: unused */
+    int hard;
+} psurf__curve;
+
+/* From an end of a smooth edge to its inner point; d leads to the far end. */
+static psurf__v3 psurf__smooth_handle(psurf__curve_rule rule, psurf__v3 d, psurf__v3 near_normal,
+                                      psurf__v3 far_normal)
+{
+    const psurf__v3 t = psurf__tangential(d, near_normal);
+    const psurf_real third = PSURF__R(1.0 / 3.0);
+    psurf_real a, a0, a1, scale;
+    if (rule == PSURF__BY_PROJECTION) return psurf__mul(t, third);
+    if (rule == PSURF__BY_LENGTH) {
+        if (!(psurf__dot(t, t) > PSURF__SLIGHT * psurf__dot(d, d))) return psurf__zero();
+        return psurf__mul(psurf__unit(t), third * psurf__dot(d, psurf__unit(d)));
+    }
+    a = psurf__dot(near_normal, far_normal);
+    a0 = psurf__dot(d, near_normal);
+    a1 = psurf__dot(d, far_normal);
+    scale = 1 / (4 - a * a);                                              /* in 1/4 .. 1/3 */
+    d = psurf__mad(d, -2 * scale * (2 * a0 + a * a1), near_normal);
+    return psurf__mul(psurf__mad(d, scale * (2 * a1 + a * a0), far_normal), third);
+}
+
+/* The same where the tangent of the curve must lie on the line e, whose length and sign do not
+   matter. It is a third of the chord long, at most 1.061 times that, and with mu = 2 on a circular
+   arc exactly what Walton and Meek's rule gives. */
+static psurf__v3 psurf__line_handle(psurf__curve_rule rule, psurf__v3 d, psurf__v3 e)
+{
+    const psurf_real mu = (psurf_real)rule;
+    const psurf__v3 u = psurf__unit(e);
+    const psurf_real k = psurf__dot(psurf__unit(d), u);
+    return psurf__mul(u, (1 + mu) * psurf__dot(d, u) / (3 * (1 + mu * k * k)));
+}
+
+/* The line of the tangent at an end whose two sides have the normals m and n: it lies in both
+   tangent planes. (m-n) x (m+n) = 2 m x n, which near m = n keeps the digits that m x n would lose,
+   and exactly changes its sign where m and n are swapped. 1 degree apart, the end is hard. */
+static psurf__v3 psurf__end_line(psurf__v3 d, psurf__v3 m, psurf__v3 n, int *hard)
+{
+    const psurf__v3 difference = psurf__sub(m, n), sum = psurf__add(m, n);
+    const psurf__v3 e = psurf__cross(difference, sum);
+    const int apart = psurf__dot(e, e) >= PSURF__R(4 * 3.05e-4), ahead = psurf__dot(m, n) > 0;
+    if (apart || !ahead) *hard = 1;
+    if (apart) return e;
+    return psurf__tangential(d, psurf__unit(ahead ? sum : difference));
+}
+
+static int psurf__is_same(psurf__v3 a, psurf__v3 b)
+{
+    return a.x >= b.x && a.x <= b.x && a.y >= b.y && a.y <= b.y && a.z >= b.z && a.z <= b.z;
+}
+
+static psurf__v3 psurf__common_normal(psurf__v3 m, psurf__v3 n)
+{
+    return psurf__is_same(m, n) ? m : psurf__unit(psurf__add(m, n));
+}
+
+/* The curve of edge e, from corner e to corner f. */
+static psurf__curve psurf__make_curve(const psurf__local *l, uint32_t e, uint32_t f,
+                                      psurf__curve_rule rule)
+{
+    const psurf__local_edge *edge = &l->edge[e];
+    const psurf__v3 back = psurf__sub(l->p[e], l->p[f]);
+    psurf__curve c;
+    c.chord = psurf__sub(l->p[f], l->p[e]);
+    c.normal[0] = psurf__common_normal(l->n[e], edge->begin);
+    c.normal[1] = psurf__common_normal(l->n[f], edge->end);
+    c.hard = 0;
+    if (psurf__is_same(l->n[e], edge->begin) && psurf__is_same(l->n[f], edge->end)) {
+        c.handle[0] = psurf__smooth_handle(rule, c.chord, c.normal[0], c.normal[1]);
+        c.handle[1] = psurf__smooth_handle(rule, back, c.normal[1], c.normal[0]);
+        return c;
+    }
+    c.handle[0] = psurf__line_handle(rule, c.chord,
+                                     psurf__end_line(c.chord, l->n[e], edge->begin, &c.hard));
+    c.handle[1] = psurf__line_handle(rule, back,
+                                     psurf__end_line(back, l->n[f], edge->end, &c.hard));
+    return c;
+}
+
+/* Points beside the corners of a triangle, each told by its corner and whether it lies on the way to
+   the next corner, 0, or to the previous one, 1; in the order b210 b120 b201 b021 b102 b012. */
+static const unsigned char psurf__key[3][2] = {{0, 2}, {3, 1}, {4, 5}};
+static const unsigned char psurf__key_corner[6] = {0, 1, 0, 1, 2, 2};
+static const unsigned char psurf__key_way[6] = {0, 1, 1, 0, 0, 1};
+
+/* The three curves of a triangle, and their handles once more, by key. */
+typedef struct psurf__frame {
+    psurf__curve curve[3];
+    psurf__v3 handle[6];
+} psurf__frame;
+
+static void psurf__make_frame(const psurf__local *l, psurf__curve_rule rule, psurf__frame *frame)
+{
+    uint32_t e, f;
+    for (e = 0; e < 3; e++) {
+        f = (e + 1) % 3;
+        frame->curve[e] = psurf__make_curve(l, e, f, rule);
+        frame->handle[psurf__key[e][0]] = frame->curve[e].handle[0];
+        frame->handle[psurf__key[f][1]] = frame->curve[e].handle[1];
+    }
+}
+
+/* b111 as the mean of the edge points, drawn away from the mean of the corners: [PN] (3). sigma =
+   1/2 keeps quadratics. */
+static psurf__v3 psurf__centre_point(const psurf__local *l, const psurf__v3 *handle,
+                                     psurf_real sigma)
+{
+    const psurf__v3 corners = psurf__add(psurf__add(l->p[0], l->p[1]), l->p[2]);
+    psurf__v3 sum = handle[0];
+    uint32_t k;
+    for (k = 1; k < 6; k++) sum = psurf__add(sum, handle[k]);
+    return psurf__mix(PSURF__R(1.0 / 3.0), corners, (1 + sigma) * PSURF__R(1.0 / 6.0), sum);
+}
+
+/* The boundary to its places in a patch: those of the corners, then those of the keys. */
+static void psurf__put_boundary(const psurf__local *l, const psurf__v3 *handle,
+                                const unsigned char *place, psurf_real *out)
+{
+    uint32_t k;
+    for (k = 0; k < 3; k++) psurf__put(out + 3 * place[k], l->p[k]);
+    for (k = 0; k < 6; k++)
+        psurf__put(out + 3 * place[3 + k], psurf__add(l->p[psurf__key_corner[k]], handle[k]));
+}
+
+static void psurf__put_nine(const psurf__local *l, const psurf__v3 *handle, psurf_real *out)
+{
+    static const unsigned char place[9] = {0, 3, 8, 1, 2, 4, 5, 6, 7};
+    psurf__put_boundary(l, handle, place, out);
+}
+
+/* The end of a patch: normals of its corners, and how its edges went. */
+static void psurf__put_end(const psurf__local *l, uint32_t e, int how, psurf_real *out)
+{
+    psurf__put(out + 3 * e, l->n[e]);
+    out[9 + e] = PSURF__R(how);
+}
+
+/* ---- pn: [PN] ---- */
+
+/* The normal in the middle of an edge: the sum of those at its ends, reflected in the plane across
+   the edge: [PN] (2), whose factor 2 makes it a reflection. Opposite normals have no mean: other. */
+static psurf__v3 psurf__middle_normal(psurf__v3 d, psurf__v3 m, psurf__v3 n, psurf__v3 other)
+{
+    const psurf__v3 sum = psurf__add(m, n), along = psurf__unit(d);
+    if (!(psurf__dot(sum, sum) > PSURF__SLIGHT)) return other;
+    return psurf__unit(psurf__mad(sum, -2 * psurf__dot(along, sum), along));
+}
+
+/* The ten points of a PN triangle. */
+static void psurf__put_pn(const psurf__local *l, const psurf__v3 *handle, psurf_real sigma,
+                          psurf_real *out)
+{
+    static const unsigned char place[9] = {0, 3, 9, 1, 2, 4, 6, 7, 8};
+    psurf__put_boundary(l, handle, place, out);
+    psurf__put(out + 3 * 5, psurf__centre_point(l, handle, sigma));
+}
+
+/* Six normals of a quadratic patch. linear: as if it were of degree 1. */
+static void psurf__put_normals(const psurf__local *l, const psurf__curve *curve, int linear,
+                               psurf_real *out)
+{
+    static const unsigned char corner[3] = {0, 2, 5}, middle[3] = {1, 4, 3};
+    uint32_t e;
+    for (e = 0; e < 3; e++) {
+        const psurf__v3 m = l->n[e], n = l->n[(e + 1) % 3];
+        psurf__put(out + 3 * corner[e], m);
+        psurf__put(out + 3 * middle[e],
+                   linear ? psurf__mul(psurf__add(m, n), PSURF__R(0.5))
+                          : psurf__middle_normal(curve[e].chord, m, n, l->normal));
+    }
+}
+
 static void psurf__pn_triangle(const psurf__local *l, const psurf__options *options,
                                psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    psurf__frame frame;
+    psurf__make_frame(l, PSURF__BY_PROJECTION, &frame);
+    psurf__put_pn(l, frame.handle, options->sigma, out);
+    psurf__put_normals(l, frame.curve, 0, out + 3 * 10);
+}
+
+/* The inner point of a quad beside corner i; the handles lead from a corner to the next, 0, and to
+   the previous one, 1. [PN] (4): a mean E of edge points, drawn away from a mean V of the corners by
+   1 + sigma. Both have the same mean of corners in them, so (1+s) E - s V is that mean and (1+s)
+   times the handles in E. The discrete Coons rule is of the same form. */
+static psurf__v3 psurf__quad_inner(const psurf__local *l, psurf__v3 handle[4][2], uint32_t i,
+                                   const psurf__options *options)
+{
+    const uint32_t next = (i + 1) & 3, far_corner = (i + 2) & 3, previous = (i + 3) & 3;
+    const psurf__v3 beside = psurf__add(l->p[next], l->p[previous]);
+    const psurf__v3 own = psurf__add(handle[i][0], handle[i][1]);
+    const psurf__v3 across = psurf__add(handle[far_corner][0], handle[far_corner][1]);
+    const psurf_real ninth = PSURF__R(1.0 / 9.0);
+    const psurf__v3 back = psurf__add(handle[next][0], handle[previous][1]);
+    const psurf__v3 ahead = psurf__add(handle[next][1], handle[previous][0]);
+    psurf__v3 corners, edges;
+    if (options->flags & PSURF_COONS) {
+        corners = psurf__sub(psurf__mad(beside, 8, l->p[i]), l->p[far_corner]);
+        edges = psurf__mix(6, own, 3, back);
+        return psurf__mul(psurf__add(corners, edges), ninth);
+    }
+    corners = psurf__add(psurf__mix(4, l->p[i], 2, beside), l->p[far_corner]);
+    edges = psurf__add(psurf__mix(4, own, 2, psurf__add(back, ahead)), across);
+    return psurf__mix(ninth, corners, (1 + options->sigma) * PSURF__R(1.0 / 18.0), edges);
+}
+
+/* Nine normals of a biquadratic patch: [PN] (5). */
+static void psurf__put_quad_normals(const psurf__local *l, const psurf__curve *curve,
+                                    psurf_real *out)
+{
+    static const unsigned char corner[4] = {0, 2, 8, 6}, middle[4] = {1, 5, 7, 3};
+    psurf__v3 sum = psurf__zero();
+    uint32_t i;
+    for (i = 0; i < 4; i++) {
+        const psurf__v3 n = psurf__middle_normal(curve[i].chord, l->n[i], l->n[(i + 1) & 3],
+                                                 l->normal);
+        psurf__put(out + 3 * corner[i], l->n[i]);
+        psurf__put(out + 3 * middle[i], n);
+        sum = psurf__add(sum, psurf__mad(l->n[i], 2, n));
+    }
+    psurf__put(out + 3 * 4, psurf__mul(sum, PSURF__R(1.0 / 12.0)));
 }
 
 static void psurf__pn_quad(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    static const unsigned char corner[4] = {0, 3, 15, 12}, inner[4] = {5, 6, 10, 9};
+    static const unsigned char edge[4][2] = {{1, 4}, {7, 2}, {14, 11}, {8, 13}};
+    psurf__v3 handle[4][2];
+    psurf__curve curve[4];
+    uint32_t i, k;
+    for (i = 0; i < 4; i++) {
+        curve[i] = psurf__make_curve(l, i, (i + 1) & 3, PSURF__BY_PROJECTION);
+        handle[i][0] = curve[i].handle[0];
+        handle[(i + 1) & 3][1] = curve[i].handle[1];
+    }
+    for (i = 0; i < 4; i++) {
+        psurf__put(out + 3 * corner[i], l->p[i]);
+        for (k = 0; k < 2; k++)
+            psurf__put(out + 3 * edge[i][k], psurf__add(l->p[i], handle[i][k]));
+        psurf__put(out + 3 * inner[i], psurf__quad_inner(l, handle, i, options));
+    }
+    psurf__put_quad_normals(l, curve, out + 3 * 16);
+}
+
+/* ---- smoothed_n: [N] ---- */
+
+/* How flat an edge is, 1: no need to smooth it. [N] takes the absolute value, so that it counts
+   sharp folds as flat. */
+static psurf_real psurf__flatness(const psurf__local *l, uint32_t e, int hard,
+                                  const psurf__options *options)
+{
+    psurf_real dot = psurf__dot(l->normal, l->edge[e].normal);
+    if (options->variant != PSURF_N_FINAL) return 0;
+    if (l->edge[e].border || hard) return 1;
+    if (dot < 0) dot = options->flags & PSURF_FOLDS ? PSURF__R(0) : -dot;
+    if ((options->flags & PSURF_NEARLY_FLAT) && dot > PSURF__R(0.98)) return 1;
+    return dot < 1 ? dot : PSURF__R(1);
 }
 
 static void psurf__smoothed_n(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    const int final = options->variant == PSURF_N_FINAL, g1 = options->variant == PSURF_N_G1;
+    psurf__frame frame;
+    uint32_t e;
+    psurf__make_frame(l, PSURF__BY_PROJECTION, &frame);
+    psurf__put_pn(l, frame.handle, options->sigma, out);
+    psurf__put_normals(l, frame.curve, options->shading != PSURF_SHADE_QUADRATIC, out + 3 * 10);
+    out += 3 * 16;
+    for (e = 0; e < 3; e++) {
+        out[e] = psurf__flatness(l, e, frame.curve[e].hard, options);
+        out[3 + e] = PSURF__R(g1 && !frame.curve[e].hard);
+    }
+    out[6] = PSURF__R(final);
+    out[7] = PSURF__R(final);
+    out[8] = PSURF__R(options->shading == PSURF_SHADE_EXACT);
+}
+
+/* ---- hybrid: [GB] 2.1 ---- */
+
+/* What the construction over an edge sees: the edge from a to b, c opposite, and the corner of the
+   triangle across; everything else from a. */
+typedef struct psurf__hinge {
+    psurf__v3 b, c, across;
+    psurf__v3 normal[4];                /* at a, b, c, and across */
+    psurf__v3 m;                        /* the direction that points are lifted in */
+} psurf__hinge;
+
+/* Whether a direction is fit to lift along: no tangent plane stands too steep. */
+static int psurf__can_lift(const psurf__hinge *h, uint32_t normals)
+{
+    uint32_t i;
+    for (i = 0; i < normals; i++)
+        if (!(psurf__abs(psurf__dot(h->normal[i], h->m)) >= PSURF__R(0.1))) return 0;
+    return 1;
+}
+
+/* Finds the direction of a smooth edge, and whether the formula holds: with the two triangles, seen
+   along m, on different sides of the edge and neither of them too thin. Both facets must decide
+   alike: they look at the edge the same way round. */
+static int psurf__open_hinge(const psurf__local *l, uint32_t e, uint32_t flags, psurf__hinge *h)
+{
+    const psurf__v3 a = l->p[e], b = l->p[(e + 1) % 3], c = l->p[(e + 2) % 3], d = l->edge[e].apex;
+    const int turned = l->edge[e].turned;
+    const psurf__v3 from = turned ? b : a, side = psurf__sub(turned ? a : b, from);
+    const psurf__v3 left = psurf__cross(side, psurf__sub(turned ? d : c, from));
+    const psurf__v3 right = psurf__cross(psurf__sub(turned ? c : d, from), side);
+    psurf_real k0, k1, least, most;
+    if (flags & PSURF_PLANE_NORMALS)
+        h->m = psurf__unit(psurf__tangential(psurf__add(h->normal[0], h->normal[1]),
+                                             psurf__unit(side)));
+    else
+        h->m = psurf__unit(psurf__add(psurf__unit(left), psurf__unit(right)));
+    k0 = psurf__dot(left, h->m);
+    k1 = psurf__dot(right, h->m);
+    if (!((k0 > 0 && k1 > 0) || (k0 < 0 && k1 < 0))) return 0;
+    k0 = psurf__abs(k0);
+    k1 = psurf__abs(k1);
+    least = k0 < k1 ? k0 : k1;
+    most = k0 < k1 ? k1 : k0;
+    return least > PSURF__R(1e-4) * most && least > PSURF__R(1e-4) * psurf__dot(side, side) &&
+           psurf__can_lift(h, 4);
+}
+
+/* From a point to a third of the way d, moved along m into the tangent plane. */
+static psurf__v3 psurf__lift(psurf__v3 d, psurf__v3 n, psurf__v3 m)
+{
+    return psurf__mul(psurf__mad(d, -(psurf__dot(n, d) / psurf__dot(n, m)), m), PSURF__R(1.0 / 3.0));
+}
+
+/* All six handles by lifting, in the order ab ba ac bc ca cb: that of the keys. */
+static void psurf__lift_all(const psurf__hinge *h, psurf__v3 *handle)
+{
+    const psurf__v3 zero = psurf__zero(), *n = h->normal;
+    handle[0] = psurf__lift(h->b, n[0], h->m);
+    handle[1] = psurf__lift(psurf__sub(zero, h->b), n[1], h->m);
+    handle[2] = psurf__lift(h->c, n[0], h->m);
+    handle[3] = psurf__lift(psurf__sub(h->c, h->b), n[1], h->m);
+    handle[4] = psurf__lift(psurf__sub(zero, h->c), n[2], h->m);
+    handle[5] = psurf__lift(psurf__sub(h->b, h->c), n[2], h->m);
+}
+
+/* The height of b111 over a along m, from the two conditions for C2 across the edge, added: it has
+   cubic precision. r, s, t: where the far corner lies on the plane orthogonal to m. */
+static psurf_real psurf__hybrid_height(const psurf__hinge *h, const psurf__v3 *handle)
+{
+    const psurf__v3 m = h->m, to_a = psurf__sub(psurf__zero(), h->across);
+    const psurf_real k = psurf__dot(psurf__cross(h->b, h->c), m);
+    const psurf_real s = psurf__dot(psurf__cross(h->across, h->c), m) / k;
+    const psurf_real t = psurf__dot(psurf__cross(h->b, h->across), m) / k, r = 1 - s - t;
+    const psurf_real b = psurf__dot(h->b, m), c = psurf__dot(h->c, m), d = psurf__dot(h->across, m);
+    const psurf_real b210 = psurf__dot(handle[0], m), b120 = b + psurf__dot(handle[1], m);
+    const psurf_real b201 = psurf__dot(handle[2], m), b021 = b + psurf__dot(handle[3], m);
+    const psurf_real b102 = c + psurf__dot(handle[4], m), b012 = c + psurf__dot(handle[5], m);
+    const psurf_real c102 = d + psurf__dot(psurf__lift(to_a, h->normal[3], m), m);
+    const psurf_real c012 = d + psurf__dot(psurf__lift(psurf__sub(h->b, h->across),
+                                                       h->normal[3], m), m);
+    const psurf_real own = r * r * b210 + 2 * r * s * (b210 + b120) + s * s * (b120 + b);
+    const psurf_real inside = 2 * t * (r * b201 + s * b021) + t * t * (b102 + b012);
+    return (c102 + c012 - own - inside) / (2 * t * (r + s));
+}
+
+/* The set of five points of edge e: b210 b120 b201 b021 b111. What it is blended with has to be as
+   good on an edge that has no triangle across, or another surface: there it is a PN triangle's,
+   lifted. Where lifting fails, the handles are Walton and Meek's. Returns how it went. */
+static int psurf__hybrid_set(const psurf__local *l, const psurf__frame *wm, uint32_t e,
+                             uint32_t flags, psurf__v3 *set)
+{
+    const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
+    const psurf__curve *curve = &wm->curve[e];
+    const int alone = curve->hard || l->edge[e].border;
+    const psurf__v3 a = l->p[e], b = l->p[f];
+    psurf__v3 handle[6];
+    psurf__hinge h;
+    int lifted;
+    uint32_t k;
+    h.b = psurf__sub(b, a);
+    h.c = psurf__sub(l->p[g], a);
+    h.across = psurf__sub(l->edge[e].apex, a);
+    h.normal[0] = alone ? l->n[e] : curve->normal[0];
+    h.normal[1] = alone ? l->n[f] : curve->normal[1];
+    h.normal[2] = l->n[g];
+    h.normal[3] = l->edge[e].apex_normal;
+    h.m = l->normal;
+    lifted = alone ? psurf__can_lift(&h, 3) : psurf__open_hinge(l, e, flags, &h);
+    for (k = 0; k < 6; k++)
+        handle[k] = wm->handle[psurf__key[(e + psurf__key_corner[k]) % 3][psurf__key_way[k]]];
+    if (lifted) psurf__lift_all(&h, handle);
+    if (curve->hard) {
+        handle[0] = curve->handle[0];
+        handle[1] = curve->handle[1];
+    }
+    for (k = 0; k < 4; k++) set[k] = psurf__add(k & 1 ? b : a, handle[k]);
+    set[4] = psurf__centre_point(l, handle, PSURF__R(0.5));
+    if (lifted && !alone) {
+        const psurf__v3 middle = psurf__mul(psurf__add(h.b, h.c), PSURF__R(1.0 / 3.0));
+        const psurf_real rise = psurf__hybrid_height(&h, handle) - psurf__dot(middle, h.m);
+        set[4] = psurf__mad(psurf__add(a, middle), rise, h.m);
+    }
+    if (curve->hard) return PSURF_EDGE_HARD;
+    return lifted ? PSURF_EDGE_SMOOTH : PSURF_EDGE_FALLBACK;
 }
 
 static void psurf__hybrid(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    psurf__frame wm;
+    psurf__v3 set[5];
+    uint32_t e, k;
+    psurf__make_frame(l, PSURF__BY_WM, &wm);
+    for (e = 0; e < 3; e++) {
+        psurf__put(out + 3 * e, l->p[e]);
+        psurf__put_end(l, e, psurf__hybrid_set(l, &wm, e, options->flags, set), out + 3 * 18);
+        for (k = 0; k < 5; k++) psurf__put(out + 3 * (3 + 5 * e + k), set[k]);
+    }
+}
+
+/* ---- png1, and the ribbons of Walton and Meek: what lies beside an edge ---- */
+
+/* An edge's curve as three legs, and a vector across each: what leads into the triangle at the ends
+   is measured along and across the outer legs, and carried on to the others. */
+typedef struct psurf__legs {
+    psurf__v3 leg[3], across[3];
+    psurf__v3 into[2];                  /* from start and end to the point off the edge */
+    psurf_real slight;                  /* a leg with no greater square has no length */
+    int singular;
+} psurf__legs;
+
+static psurf__legs psurf__legs_of(const psurf__frame *frame, uint32_t e)
+{
+    const psurf__curve *c = &frame->curve[e];
+    psurf__legs s;
+    s.leg[0] = c->handle[0];
+    s.leg[1] = psurf__sub(psurf__add(c->chord, c->handle[1]), c->handle[0]);
+    s.leg[2] = psurf__sub(psurf__zero(), c->handle[1]);
+    s.into[0] = frame->handle[psurf__key[e][1]];
+    s.into[1] = frame->handle[psurf__key[(e + 1) % 3][0]];
+    s.slight = PSURF__SLIGHT * psurf__dot(c->chord, c->chord);
+    s.singular = !(psurf__dot(s.leg[0], s.leg[0]) > s.slight &&
+                   psurf__dot(s.leg[2], s.leg[2]) > s.slight);
+    return s;
+}
+
+/* How often w is in v; 0 where w is nothing. */
+static psurf_real psurf__part(psurf__v3 v, psurf__v3 w, psurf_real slight)
+{
+    const psurf_real q = psurf__dot(w, w);
+    return q > slight ? psurf__dot(v, w) / q : PSURF__R(0);
+}
+
+typedef struct psurf__parts { psurf_real along, across; } psurf__parts;
+
+static psurf__v3 psurf__carried(const psurf__legs *s, psurf__parts x, uint32_t leg)
+{
+    return psurf__mix(x.along, s->leg[leg], x.across, s->across[leg]);
+}
+
+/* Edge e has no triangle to be smooth with: both its inner points are that of a PN triangle. */
+static void psurf__plain_inside(const psurf__local *l, const psurf__frame *frame, psurf__v3 *inner)
+{
+    inner[0] = inner[1] = psurf__centre_point(l, frame->handle, PSURF__R(0.5));
+}
+
+/* [GB] 2.2. Any map that is linear in a leg and what is across it makes the edge G1; the tables of
+   the paper tell that it is this similarity. alt holds handles; two of them come from this edge. */
+static int psurf__png1_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
+                            psurf__v3 *inner, psurf__v3 *alt)
+{
+    const psurf__curve *c = &frame->curve[e];
+    const psurf__v3 normals = psurf__add(l->normal, l->edge[e].normal);
+    psurf__legs s = psurf__legs_of(frame, e);
+    psurf__parts x[2];
+    psurf__v3 normal[3];
+    uint32_t k;
+    if (c->hard) {
+        psurf__plain_inside(l, frame, inner);
+        return PSURF_EDGE_HARD;
+    }
+    normal[0] = c->normal[0];
+    normal[1] = psurf__unit(psurf__tangential(normals, psurf__unit(s.leg[1])));
+    normal[2] = c->normal[1];
+    for (k = 0; k < 3; k++) s.across[k] = psurf__cross(normal[k], s.leg[k]);
+    for (k = 0; k < 2; k++) {
+        x[k].along = psurf__part(s.into[k], s.leg[2 * k], s.slight);
+        x[k].across = psurf__part(s.into[k], s.across[2 * k], s.slight);
+        inner[k] = psurf__add(psurf__add(l->p[(e + k) % 3], c->handle[k]),
+                              psurf__carried(&s, x[k], 1));
+    }
+    alt[psurf__key[e][1]] = psurf__add(c->handle[0], psurf__carried(&s, x[1], 0));
+    alt[psurf__key[(e + 1) % 3][0]] = psurf__add(c->handle[1], psurf__carried(&s, x[0], 2));
+    if (!(psurf__dot(normals, normals) > PSURF__SLIGHT)) s.singular = 1;
+    return s.singular ? PSURF_EDGE_FALLBACK : PSURF_EDGE_SMOOTH;
 }
 
 static void psurf__png1(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    psurf__frame frame;
+    psurf__v3 alt[6], inner[2];
+    uint32_t e, k;
+    (void)options;
+    psurf__make_frame(l, PSURF__BY_LENGTH, &frame);
+    for (k = 0; k < 6; k++) alt[k] = frame.handle[k];
+    psurf__put_nine(l, frame.handle, out);
+    for (e = 0; e < 3; e++) {
+        psurf__put_end(l, e, psurf__png1_edge(l, &frame, e, inner, alt), out + 3 * 21);
+        for (k = 0; k < 2; k++) psurf__put(out + 3 * (15 + 2 * e + k), inner[k]);
+    }
+    for (k = 0; k < 6; k++)
+        psurf__put(out + 3 * (9 + k), psurf__add(l->p[psurf__key_corner[k]], alt[k]));
+}
+
+/* A unit vector in the tangent plane across a leg; [GB] 2.3 (4). Across the chord, where the curve
+   starts along the normal. */
+static psurf__v3 psurf__across_leg(psurf__v3 normal, const psurf__legs *s, uint32_t k,
+                                   psurf__v3 chord)
+{
+    const int none = !(psurf__dot(s->leg[k], s->leg[k]) > s->slight);
+    return psurf__cross(normal, psurf__unit(none ? chord : s->leg[k]));
+}
+
+/* The cross derivative along an edge as a cubic between two vectors, D0 and D3, so that it stays in
+   the plane of the ribbon, which both facets share; and from it the two inner points. [GB] 2.4. */
+static int psurf__ribbon_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
+                              psurf__v3 *inner)
+{
+    const psurf__curve *c = &frame->curve[e];
+    const psurf_real half = PSURF__R(0.5);
+    psurf__legs s = psurf__legs_of(frame, e);
+    psurf__v3 d[2], r[2], middle;
+    psurf__parts x[2];
+    uint32_t k;
+    if (c->hard) {
+        psurf__plain_inside(l, frame, inner);
+        return PSURF_EDGE_HARD;
+    }
+    s.across[0] = psurf__across_leg(c->normal[0], &s, 0, c->chord);
+    s.across[2] = psurf__across_leg(c->normal[1], &s, 2, c->chord);
+    middle = psurf__add(s.across[0], s.across[2]);
+    if (!(psurf__dot(middle, middle) > PSURF__SLIGHT)) {                  /* opposite normals */
+        middle = s.across[0];
+        s.singular = 1;
+    }
+    s.across[1] = psurf__unit(middle);
+    d[0] = psurf__mad(s.into[0], -half, s.leg[0]);
+    d[1] = psurf__mad(s.into[1], half, s.leg[2]);
+    for (k = 0; k < 2; k++) {
+        x[k].along = psurf__part(d[k], s.leg[2 * k], s.slight);
+        x[k].across = psurf__part(d[k], s.across[2 * k], PSURF__SLIGHT);
+    }
+    r[0] = psurf__mad(psurf__carried(&s, x[1], 0), 2, psurf__carried(&s, x[0], 1));
+    r[1] = psurf__mad(psurf__carried(&s, x[0], 2), 2, psurf__carried(&s, x[1], 1));
+    middle = psurf__mul(psurf__add(psurf__add(l->p[e], c->handle[0]),
+                                   psurf__add(l->p[(e + 1) % 3], c->handle[1])), half);
+    for (k = 0; k < 2; k++)                                        /* (3 R - D)/2, R = r/3 */
+        inner[k] = psurf__mad(middle, half, psurf__sub(r[k], d[k]));
+    return s.singular ? PSURF_EDGE_FALLBACK : PSURF_EDGE_SMOOTH;
+}
+
+static void psurf__ribbons(const psurf__local *l, psurf__curve_rule rule, psurf_real *out)
+{
+    psurf__frame frame;
+    psurf__v3 inner[2];
+    uint32_t e, k;
+    psurf__make_frame(l, rule, &frame);
+    psurf__put_nine(l, frame.handle, out);
+    for (e = 0; e < 3; e++) {
+        psurf__put_end(l, e, psurf__ribbon_edge(l, &frame, e, inner), out + 3 * 15);
+        for (k = 0; k < 2; k++) psurf__put(out + 3 * (9 + 2 * e + k), inner[k]);
+    }
 }
 
 static void psurf__cubic_wm(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    (void)options;
+    psurf__ribbons(l, PSURF__BY_WM, out);
 }
 
 static void psurf__cubic_pn(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    (void)options;
+    psurf__ribbons(l, PSURF__BY_PROJECTION, out);
 }
 
 /* ---- point-normal schemes: from the tables to the rules ---- */
@@ -3532,15 +4112,15 @@ static psurf__v3 psurf__triangle_normal(psurf__v3 a, psurf__v3 b, psurf__v3 c)
 }
 
 /* What lies across edge i of a facet of size corners. The facet across runs the other way: its
-   half-edge starts where ours ends. */
+   half-edge starts where ours ends. Its normal is made as it makes it itself: same bits. */
 static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t size, uint32_t i,
                                psurf__local *l)
 {
     const psurf_topology *t = p->topology;
     const uint32_t other = psurf__corner_across(t, corner), next = psurf__following(i, size);
     psurf__local_edge *edge = &l->edge[i];
-    uint32_t facet, place, first, sides;
-    psurf__v3 begin, end;
+    uint32_t place, first, sides, k;
+    psurf__v3 p3[4], n3[4];
     edge->border = other == PSURF_NONE;
     edge->begin = l->n[i];
     edge->end = l->n[next];
@@ -3548,15 +4128,16 @@ static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t
     edge->apex_normal = l->n[psurf__following(next, size)];
     edge->normal = l->normal;
     if (edge->border) return;
-    facet = psurf__corner_facet(t, other, &place);
-    sides = psurf__kind_sides(psurf__facet_kind(t, facet));
+    sides = psurf__kind_sides(psurf__facet_kind(t, psurf__corner_facet(t, other, &place)));
     first = other - place;
+    for (k = 0; k < sides; k++) psurf__read_point_normal(p, first + k, &p3[k], &n3[k]);
+    edge->end = n3[place];
     place = psurf__following(place, sides);
-    psurf__read_point_normal(p, other, &end, &edge->end);
-    psurf__read_point_normal(p, first + place, &begin, &edge->begin);
-    psurf__read_point_normal(p, first + psurf__following(place, sides), &edge->apex,
-                             &edge->apex_normal);
-    edge->normal = psurf__triangle_normal(end, begin, edge->apex);
+    edge->begin = n3[place];
+    place = psurf__following(place, sides);
+    edge->apex = p3[place];
+    edge->apex_normal = n3[place];
+    edge->normal = psurf__triangle_normal(p3[0], p3[1], p3[2]);
 }
 
 /* A facet of size corners from first on. */
@@ -5899,12 +6480,13 @@ static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *
             t[0] = psurf__l_all(PSURF__R(r->n - at) / rate);
             t[1] = psurf__l_all(PSURF__R(at) / rate);
             t[2] = psurf__l_all(PSURF__R(r->d) / rate);
-            if (k > 0 || normals)
+            if (k > 0 || normals == PSURF__SURFACE || exactly)
                 PSURF__K(npatch)(line->facets->local, t, normals == PSURF__SURFACE || exactly,
                                  &jet);
             if (k == 0) psurf__l3_put(&p[side], *line->ends[side]);
             else if (!r->edge) p[side] = psurf__l3_add(line->facets->origin, jet.p);
-            if (normals == PSURF__SHADING)
+            if (normals == PSURF__SHADING && !exactly) jet.dv = w[side];
+            else if (normals == PSURF__SHADING)
                 jet.dv = psurf__l3_select(exact, half, psurf__l3_cross(jet.du, jet.dv), w[side]);
             if (normals && k == 0 && line->normals[0]) jet.dv = *line->normals[side];
             PSURF__K(write)(r, line, at, p[side], jet.du, jet.dv, normals != PSURF__NO_NORMALS,
@@ -7579,6 +8161,7 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__DISPATCH
 #undef PSURF__EIGHTH
 #undef PSURF__VANISHING
+#undef PSURF__SLIGHT
 #undef PSURF__BEZIER_EDGES
 #undef PSURF__BOUNDARY_EDGES
 #undef PSURF__BLOCK
