@@ -19,7 +19,7 @@
      2 memory          >>2           allocator, blocks
      3 topology        >>3           faces in, tables out: half-edges, rings, kinds of facet
      4 vertex data     >>4           limit points, tangent points, face points
-     5 schemes         >>5           control points: pm
+     5 schemes         >>5           control points: pm; point-normal triangles and quads
      6 parameters      >>6           where a parameter lies on a patch
      7 kernels         >>7           points and derivatives, eight at a time
      8 points          >>8           samples at arbitrary places
@@ -97,9 +97,41 @@
        but a pole at its end into a plain vertex.
      * boundaries: a smooth curve through the boundary vertices, B-spline on regular ones. A vertex
        with one face is a corner.
-     * split faces: a face of six corners or more, at an interior vertex of two edges, or alone on
-       its side of a crease becomes a fan of triangles round its centre, a polar cap where its rim
-       is regular. Results are per input face all the same.
+     * split faces: with pm, a face of six corners or more, at an interior vertex of two edges, or
+       alone on its side of a crease becomes a fan of triangles round its centre, a polar cap where
+       its rim is regular. pn splits faces of five corners or more into quads and a triangle,
+       all others split all but triangles, both from the corner with the lowest vertex on. Results
+       are per input face all the same.
+     * point-normal schemes (all but pm) make a patch from the corners of a facet and the normals
+       there, some with a look at the facets across its edges; the surface passes through the
+       vertices. Normals are the caller's, or computed. Blend ratios and corners mean nothing here.
+
+   CHOOSING A SCHEME
+     scheme        facets   across edges        needs     bytes  best for
+     pm            3 4 5 o  G1, mostly C2       rings     192+   animated characters: smooth, near
+                                                                 Catmull-Clark
+     pn            3 4      C0, shaded smooth   corners   192    the cheapest look; a quad 300 bytes
+     smoothed_n    3        G1 (final: C0)      corners   228    PN's look without its creases
+     hybrid        3        G1                  apexes    264    analytic shapes: spheres, tori;
+                                                                 unsafe where normals turn far
+     png1          3        G1                  apexes    300    arbitrary meshes, a few dents
+     cubic_wm_b1   3        G1                  corners   228    arbitrary meshes: safe, round
+     cubic_pn_b1   3        G1                  corners   228    the same beside pn on one object
+     cubic_.._b2   3        nearly G1           corners   228    comparison alone
+   pm approximates its mesh, the others interpolate it (PSURF_NORMALS_LIMIT makes them approximate
+   it, too). Largest distance to a sphere of 80 triangles: hybrid 1.3e-3, png1 2.3e-3, cubic_wm_b1
+   8e-4; to a coarse torus (5 x 5) 0.05, 0.16, 0.10 (`patchsurf report`). Second derivatives do not
+   exist at corners of point-normal patches; hybrid's curvature runs wild near them.
+     * mixing: an object may have a scheme per face (face_schemes): pn where it is far or flat,
+       smoothed_n or cubic_pn_b1 where it is seen; they share their boundary curves to the bit.
+     * hard edges: tags, and edges whose two sides name different normals. Both sides share one
+       curve that is tangent to both planes, so nothing gapes. Normals less than a degree apart
+       count as equal: weld them before they come in.
+     * where a formula has no answer (hybrid: a normal across its plane's; others: opposite normals,
+       edges of no length) the edge falls back to a form that has, on both sides alike. It may lose
+       G1 there; psurf_check counts these edges as fallback_edges.
+     * normals at corners are those given; those in between are the surface's (n), or what pn and
+       smoothed_n shade with (shade).
 
    INPUT RULES
      * Faces counter-clockwise seen from outside, 3 to 65535 corners, no vertex twice in a face.
@@ -107,6 +139,7 @@
        refused, or, with PSURF_CUT_BAD_EDGES, opened: each of their faces gets a boundary there.
      * Vertices without faces are ignored. Several components, and fans that touch at a vertex, are
        fine. A corner of 180 degrees (T-junction entered as a pentagon) is fine.
+     * Normals per face corner by index: equal ones are told by equal indices. pm ignores them.
      * Corners in desc.corners where fewer than two hard or boundary edges meet are ignored. On a
        straight crease they make the normal vanish: flag corners that are corners.
      * Positions may be anything finite. Non-finite ones spread to the points they reach, never into
@@ -121,14 +154,19 @@
                           without the other, a rate or default blend ratio out of range. No
                           location.
      PSURF_BAD_INDEX      a face names a vertex >= vertex_count: face, corner, vertex
-     PSURF_BAD_FACE       fewer than 3 or more than 65535 corners: face. A vertex twice: face,
-                          corner, vertex
+     PSURF_BAD_FACE       fewer than 3 or more than 65535 corners (32767 but for pm): face. A vertex
+                          twice: face, corner, vertex
      PSURF_BAD_EDGE       a tag on no edge of the mesh, a second tag on an edge, unknown flags, a
                           blend ratio outside 0..1: vertex and other are the tag's
      PSURF_BAD_WINDING    two faces run along an edge the same way: face, corner where the edge
                           starts in the later one, vertex, other
      PSURF_NON_MANIFOLD   an edge of three faces: face and corner of the third, vertex, other
      PSURF_BAD_CORNER     desc.corners names a vertex >= vertex_count: vertex
+     PSURF_BAD_NORMAL     desc.face_normals names a normal >= normal_count: face, corner, vertex
+     PSURF_BAD_SCHEME     desc.face_schemes has pm, an unknown scheme, or one that shares no
+                          boundary curves with that of face 0: face
+     PSURF_BAD_SPLIT      the scheme needs a topology of another split, or PSURF_MIXED one with
+                          face_schemes. No location
      PSURF_NOT_FINITE     desc.positions has an infinity or NaN: vertex
      PSURF_TOO_LARGE      2^31-1 corners or vertices, 2^22 edges at a vertex (located), sizes or
                           numbers beyond what memory, 32-bit or 16-bit indices can hold
@@ -187,6 +225,8 @@
 
    SOURCES. [PM] A. Myles, T. Ni, J. Peters: Fast Parallel Construction of Smooth Surfaces from
    Meshes with Tri/Quad/Pent Facets, Symposium on Geometry Processing 2008. "eq." is its equation.
+   [PN] J. Peters: PN-quads, 2008. [N] H. Gruen: Smoothed N-patches. [GB] M. Boschiroli, C.
+   Fuenfzig, L. Romani, G. Albrecht: G1 rational blend interpolatory schemes: a comparative study.
 
    LICENSE. MIT or public domain, your choice; the text is at the end of this file.
 */
@@ -307,9 +347,9 @@ typedef enum psurf_scheme {
               shading normal is the surface's
      hybrid   three corners; per edge b210 b120 b201 b021 b111, as if it were the first; three
               normals; per edge a PSURF_EDGE_... as a real
-     png1     the boundary, ten points without b111; the points that the six keys b210 b120 b201 b021
-              b102 b012 are blended with; per edge two inner points, at its start and end; three
-              normals; per edge a PSURF_EDGE_...
+     png1     the boundary, ten points without b111; the points that the six keys b210 b120 b201
+              b021 b102 b012 are blended with; per edge two inner points, at its start and end;
+              three normals; per edge a PSURF_EDGE_...
      ribbon   the boundary; per edge two inner points; three normals; per edge a PSURF_EDGE_... */
 typedef enum psurf_kind {
     PSURF_BICUBIC, PSURF_POLAR, PSURF_P3, PSURF_P4, PSURF_P5,
@@ -511,7 +551,7 @@ typedef struct psurf_patches_layout {
     size_t limit_offset;                /* [rings][3] limit points v */
     size_t spoke_offset;                /* pm: [spokes][2][3] tangent point t_j, face point f_j */
     size_t normal_offset;               /* others: [rings][3] unit normals; limit points are the
-                                           vertices then, or what PSURF_NORMALS_LIMIT makes of them */
+                                           vertices then, unless PSURF_NORMALS_LIMIT moves them */
 } psurf_patches_layout;
 
 /* Patches of one mesh: a plain value that owns nothing. Fill it with psurf_patches_bind. The
@@ -549,10 +589,10 @@ enum {                                  /* psurf_construct_desc.flags: what else
     PSURF_SIGMA = 1u,                   /* pn, smoothed_n: sigma counts, else 1/2 */
     PSURF_COONS = 2u,                   /* pn: inside of quads by the discrete Coons rule */
     PSURF_FOLDS = 4u,                   /* smoothed_n final: folds beyond 90 degrees are not flat */
-    PSURF_NEARLY_FLAT = 8u,             /* smoothed_n final: edges of dot > 0.98 count as flat, which
-                                           saves their smoothing */
-    PSURF_PLANE_NORMALS = 16u           /* hybrid: plane from the vertex normals at the edge, instead
-                                           of the bisector of its two facets */
+    PSURF_NEARLY_FLAT = 8u,             /* smoothed_n final: edges whose facets' normals have a dot
+                                           product above 0.98 count as flat: saves smoothing them */
+    PSURF_PLANE_NORMALS = 16u           /* hybrid: plane from the vertex normals at the edge, not
+                                           the bisector of its two facets */
 };
 
 typedef struct psurf_construct_desc {
@@ -572,8 +612,9 @@ typedef struct psurf_construct_desc {
 } psurf_construct_desc;
 
 /* How much memory the patches of a topology take, and how it is laid out.
-   Returns PSURF_OK; BAD_DESC for an unknown scheme or NULL; TOO_LARGE where it exceeds the address
-   space. No allocation; any number of threads. */
+   Returns PSURF_OK; BAD_DESC for an unknown scheme or NULL; BAD_SPLIT where the topology is split
+   for other schemes; TOO_LARGE where it exceeds the address space. No allocation; any number of
+   threads. */
 PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_scheme scheme,
                                           psurf_patches_layout *layout);
 
@@ -587,9 +628,11 @@ PSURF_API psurf_result psurf_patches_bind(psurf_patches *out, const psurf_topolo
 
 /* Runs items first..first+count-1 of one pass; a range beyond the last item is cut there.
    Non-finite positions flow to the points they reach and nowhere else.
-   Returns PSURF_OK, or BAD_DESC for canaries, NULL positions, a misaligned stride or no scratch.
+   Returns PSURF_OK, or BAD_DESC for canaries, NULL positions, a misaligned stride, unknown flags,
+   modes or variants, a sigma that is not finite, or no scratch.
    No allocation. Threads: disjoint ranges of one pass run concurrently.
-   Source: [PM] eqs. 13-16 (vertices), 17-22 (facets). */
+   Source: [PM] eqs. 13-16 (vertices), 17-22 (facets); [PN] 2; [N] 1.1; [GB] 2, with hard edges,
+   the variant g1 and the fall-backs of ours. */
 PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
                                             const psurf_construct_desc *desc, psurf_pass pass,
                                             uint32_t first, uint32_t count);
@@ -614,7 +657,10 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
 
 /* A place on the surface. Triangles: u, v are the weights of corner 1 and corner 2. Quads: the unit
    square, corners at (0,0) (1,0) (1,1) (0,1). Both ignore the sector. Faces with m >= 5 corners:
-   sector i spans corner i, corner i+1 and the centre; u, v are the weights of the two corners. */
+   with pm, sector i spans corner i, corner i+1 and the centre; u, v are the weights of the two
+   corners. Else a sector is a piece, counted round the corner with the lowest vertex, which is its
+   corner 0: (m-2)/2 quads, rounded down, and where m is odd a last triangle (pn), or m-2
+   triangles; u, v are as above. */
 typedef struct psurf_sample {
     uint32_t face, sector;
     psurf_real u, v;
@@ -638,12 +684,15 @@ typedef struct psurf_points {
    On facet boundaries p comes from the one cubic that both facets share: bit-identical from both
    sides where the edge parameters are exactly s and 1-s.
    No allocation; any number of threads; no pointer but those inside out may be NULL.
-   Source: [PM] eqs. 2, 3, 17-19; at a pole the rows are weighted by B_j(v)/(1-v). */
+   At corners of point-normal patches n is the normal that was given there; second derivatives do not
+   exist and are written as 0.
+   Source: [PM] eqs. 2, 3, 17-19; at a pole the rows are weighted by B_j(v)/(1-v). [PN] 2, [N] 1.1,
+   [GB] 2 and (1), (10). */
 PSURF_API void psurf_eval(const psurf_patches *patches, const psurf_sample *samples, uint32_t count,
                           const psurf_points *out);
 
 /* Gaussian and mean curvature at count samples; either output may be NULL. [count] reals each, NaN
-   where curvature does not exist (poles, vanishing normals). Mean curvature is negative where the
+   where curvature does not exist (poles, corners of point-normal patches, vanishing normals). Mean curvature is negative where the
    surface bends away from its normal (a sphere: mean = -1/r, gauss = 1/r^2).
    Samples are treated as in psurf_eval. No allocation; any number of threads. */
 PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample *samples,
@@ -685,7 +734,7 @@ typedef struct psurf_tess_out {
    face is cut there. Welded vertices are numbered: one per ring but centres, then rate-1 per edge
    side from the start of its writer on, then the insides face by face. Per face they run
    along corner 0 -> 1 first, then towards the other side; faces of m >= 5 corners sector by sector,
-   their centre last. A face has the same triangles in the same order either way.
+   their centre last, pieces without the line that the one before has. A face has the same triangles in the same order either way.
    Returns PSURF_OK; BAD_DESC for canaries, a rate out of range, unknown flags or NULL; TOO_LARGE
    where numbers do not fit 32 bits (16 bits with PSURF_TESS_INDEX16: at most 65535 vertices, so
    0xFFFF never occurs). No allocation; any number of threads. */
@@ -760,7 +809,8 @@ typedef struct psurf_smooth_mesh {
     psurf_allocator allocator;
 } psurf_smooth_mesh;
 
-/* For small programs: mesh in, triangles out. desc->positions must be set; rate: 1..PSURF_MAX_RATE.
+/* For small programs: mesh in, triangles of the scheme pm out. desc->positions must be set, the
+   split be PSURF_SPLIT_PM; rate: 1..PSURF_MAX_RATE.
    Returns what the calls it is made of return; *mesh is all zero unless PSURF_OK. Allocates through
    desc->allocator; keeps one block. Any thread. */
 PSURF_API psurf_result psurf_smooth(const psurf_mesh_desc *desc, uint32_t rate,
@@ -6403,7 +6453,8 @@ static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PS
     uint32_t k, i = 0;
     for (k = k0; k < k1; k++, i = (i + 1) % 8) {
         const psurf_real from_middle = PSURF__R(r->n - 2 * k) / r->span;
-        const psurf__lanes h = psurf__l_all(from_middle), hh = psurf__l_all(from_middle * from_middle);
+        const psurf__lanes h = psurf__l_all(from_middle);
+        const psurf__lanes hh = psurf__l_all(from_middle * from_middle);
         psurf__l3 first, last, u_first, u_last, w_first, w_last;
         if (blends && i == 0) {
             PSURF__K(weigh)(r, k, 1, &forth);
