@@ -898,6 +898,14 @@ PSURF_API int psurf_exact(void);
 #else
 #define PSURF__UNROLL
 #endif
+/* Sums that fit in registers, and would not if several steps were mixed. */
+#if defined(__clang__)
+#define PSURF__ROLLED _Pragma("clang loop unroll(disable)")
+#elif defined(__GNUC__) && __GNUC__ >= 8
+#define PSURF__ROLLED _Pragma("GCC unroll 1")
+#else
+#define PSURF__ROLLED
+#endif
 #if defined(__GNUC__)
 #define PSURF__LIKELY(condition) __builtin_expect(!!(condition), 1)
 #else
@@ -4649,28 +4657,32 @@ typedef struct psurf__net_row {
     unsigned char net[10];              /* row by row, as Bezier triangles are stored */
     unsigned char blends;
     unsigned char blend[PSURF__MAX_BLENDS][2];  /* place to, place from */
+    unsigned char mirror[PSURF__MAX_BLENDS];    /* its like where corners 0 and 1 change places */
 } psurf__net_row;
 
 #define PSURF__ORIGIN 255               /* instead of a place: the zero of local coordinates */
 
 static const psurf__net_row psurf__bezier_net = {
-    {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 0, {{0, 0}}
+    {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 0, {{0, 0}}, {0}
 };
 static const psurf__net_row psurf__hybrid_net = {
     {0, 3, 4, 1, 14, PSURF__ORIGIN, 8, 13, 9, 2}, 9,
     {{16, 3}, {5, 14}, {6, 8}, {10, 4}, {11, 13}, {15, 9},
-     {7, PSURF__ORIGIN}, {12, PSURF__ORIGIN}, {17, PSURF__ORIGIN}}
+     {7, PSURF__ORIGIN}, {12, PSURF__ORIGIN}, {17, PSURF__ORIGIN}},
+    {3, 2, 1, 0, 5, 4, 6, 8, 7}
 };
 static const psurf__net_row psurf__png1_net = {
     {0, 1, 2, 3, 4, PSURF__ORIGIN, 5, 6, 7, 8}, 12,
     {{9, 1}, {10, 2}, {11, 4}, {12, 5}, {13, 6}, {14, 7},
      {15, PSURF__ORIGIN}, {16, PSURF__ORIGIN}, {17, PSURF__ORIGIN},
-     {18, PSURF__ORIGIN}, {19, PSURF__ORIGIN}, {20, PSURF__ORIGIN}}
+     {18, PSURF__ORIGIN}, {19, PSURF__ORIGIN}, {20, PSURF__ORIGIN}},
+    {1, 0, 3, 2, 5, 4, 7, 6, 11, 10, 9, 8}
 };
 static const psurf__net_row psurf__ribbon_net = {
     {0, 1, 2, 3, 4, PSURF__ORIGIN, 5, 6, 7, 8}, 6,
     {{9, PSURF__ORIGIN}, {10, PSURF__ORIGIN}, {11, PSURF__ORIGIN},
-     {12, PSURF__ORIGIN}, {13, PSURF__ORIGIN}, {14, PSURF__ORIGIN}}
+     {12, PSURF__ORIGIN}, {13, PSURF__ORIGIN}, {14, PSURF__ORIGIN}},
+    {1, 0, 5, 4, 3, 2}
 };
 
 typedef struct psurf__kind_row {
@@ -6950,12 +6962,14 @@ typedef struct PSURF__K(blended) {
     psurf_real p[PSURF__MAX_BLENDS][8], u[PSURF__MAX_BLENDS][8], w[PSURF__MAX_BLENDS][8];
 } PSURF__K(blended);
 
-/* Of samples k, k + step, k + 2 step ... as far as the line goes. */
-static void PSURF__K(weigh)(const psurf__run *r, uint32_t k, int step, PSURF__K(blended) *out)
+/* Of samples k .. k+7, as far as the line goes, and of those as far from its end. At the other end
+   of a line corners 0 and 1, and what goes with them, change places. */
+static void PSURF__K(weigh)(const psurf__run *r, uint32_t k, PSURF__K(blended) *forth,
+                            PSURF__K(blended) *back)
 {
     const psurf_real rate = PSURF__R(r->group->rate);
-    const uint32_t blends = psurf__blend_count(r->group->kind);
-    const psurf__lanes half = psurf__l_all(PSURF__R(0.5));
+    const psurf__net_row *net = psurf__kinds[r->group->kind].net;
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), zero = psurf__l_all(0);
     PSURF__K(weight) weight[PSURF__MAX_BLENDS];
     psurf_real at[2][8];
     psurf__lanes t[3];
@@ -6963,28 +6977,45 @@ static void PSURF__K(weigh)(const psurf__run *r, uint32_t k, int step, PSURF__K(
     for (i = 0; i < 8; i++) {
         at[0][i] = PSURF__R(r->n - k) / rate;
         at[1][i] = PSURF__R(k) / rate;
-        if (step > 0 ? k < r->n : k > 0) k = step > 0 ? k + 1 : k - 1;
+        k += k < r->n;
     }
     t[0] = psurf__l_load(at[0]);
     t[1] = psurf__l_load(at[1]);
     t[2] = psurf__l_all(PSURF__R(r->d) / rate);
     PSURF__K(blend_weights)(r->group->kind, t, 0, weight);
-    for (i = 0; i < blends; i++) {
-        const psurf__lanes *d = weight[i].d, sum = psurf__l_add(d[0], d[1]);
-        psurf__l_store(out->p[i], weight[i].v);
-        psurf__l_store(out->u[i], psurf__l_sub(d[1], d[0]));
-        psurf__l_store(out->w[i], psurf__l_sub(d[2], psurf__l_mul(half, sum)));
+    for (i = 0; i < net->blends; i++) {
+        const psurf__lanes *d = weight[i].d, u = psurf__l_sub(d[1], d[0]);
+        const psurf__lanes w = psurf__l_sub(d[2], psurf__l_mul(half, psurf__l_add(d[0], d[1])));
+        const uint32_t m = net->mirror[i];
+        psurf__l_store(forth->p[i], weight[i].v);
+        psurf__l_store(forth->u[i], u);
+        psurf__l_store(forth->w[i], w);
+        psurf__l_store(back->p[m], weight[i].v);
+        psurf__l_store(back->u[m], psurf__l_sub(zero, u));
+        psurf__l_store(back->w[m], w);
     }
 }
 
-/* What the blends add to sample i of those eight. */
-static PSURF__INLINE psurf__l3 PSURF__K(blend)(psurf__l3 sum, psurf_real (*weights)[8], uint32_t i,
-                                               const psurf__l3 *points, uint32_t blends)
+/* A sample in work: point, and derivatives along and across. */
+typedef struct PSURF__K(sample) { psurf__l3 p, u, w; } PSURF__K(sample);
+
+/* What the blends add to sample i of those eight, each point read once. */
+static PSURF__INLINE void PSURF__K(blend)(const PSURF__K(blended) *weights, uint32_t i,
+                                          const psurf__l3 *points, uint32_t blends,
+                                          PSURF__K(sample) *s)
 {
+    psurf__l3 p = s->p, u = s->u, w = s->w;
     uint32_t b;
-    for (b = 0; b < blends; b++)
-        sum = psurf__l3_mad(sum, psurf__l_all(weights[b][i]), points[b]);
-    return sum;
+    PSURF__ROLLED
+    for (b = 0; b < blends; b++) {
+        const psurf__l3 x = points[b];
+        p = psurf__l3_mad(p, psurf__l_all(weights->p[b][i]), x);
+        u = psurf__l3_mad(u, psurf__l_all(weights->u[b][i]), x);
+        w = psurf__l3_mad(w, psurf__l_all(weights->w[b][i]), x);
+    }
+    psurf__l3_put(&s->p, p);
+    psurf__l3_put(&s->u, u);
+    psurf__l3_put(&s->w, w);
 }
 
 /* The same of triangles: a cubic, and what is blended into it. */
@@ -6992,45 +7023,40 @@ static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PS
                                                    uint32_t k0, uint32_t k1, uint32_t blends,
                                                    int normals, psurf__cursor cursors[2])
 {
-    const psurf__l3 *origin = &line->facets->origin, *x = line->facets->blends;
+    const PSURF__K(facets) *f = line->facets;
     PSURF__K(blended) forth, back;
+    PSURF__K(sample) first, last;
     uint32_t k, i = 0;
     for (k = k0; k < k1; k++, i = (i + 1) % 8) {
-        const psurf_real from_middle = PSURF__R(r->n - 2 * k) / r->span;
-        const psurf__lanes h = psurf__l_all(from_middle);
-        const psurf__lanes hh = psurf__l_all(from_middle * from_middle);
-        psurf__l3 first, last, u_first, u_last, w_first, w_last;
-        if (blends && i == 0) {
-            PSURF__K(weigh)(r, k, 1, &forth);
-            PSURF__K(weigh)(r, r->n - k, -1, &back);
+        const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
+        const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
+        if (blends && i == 0) PSURF__K(weigh)(r, k, &forth, &back);
+        PSURF__K(both_sides)(line->p, 3, h, hh, &first.p, &last.p);
+        first.u = last.u = first.w = last.w = first.p;
+        if (normals) PSURF__K(both_sides)(line->w, 2, h, hh, &first.w, &last.w);
+        if (normals == PSURF__SURFACE)
+            PSURF__K(both_sides)(line->u, 2, h, hh, &first.u, &last.u);
+        if (blends) {
+            PSURF__K(blend)(&forth, i, f->blends, blends, &first);
+            PSURF__K(blend)(&back, i, f->blends, blends, &last);
         }
         if (k == 0) {
-            psurf__l3_put(&first, *line->ends[0]);
-            psurf__l3_put(&last, *line->ends[1]);
+            psurf__l3_put(&first.p, *line->ends[0]);
+            psurf__l3_put(&last.p, *line->ends[1]);
+        } else if (r->edge) {                           /* nothing is blended in on an edge */
+            if (blends) PSURF__K(both_sides)(line->p, 3, h, hh, &first.p, &last.p);
         } else {
-            PSURF__K(both_sides)(line->p, 3, h, hh, &first, &last);
-            if (!r->edge) {
-                first = psurf__l3_add(*origin, PSURF__K(blend)(first, forth.p, i, x, blends));
-                last = psurf__l3_add(*origin, PSURF__K(blend)(last, back.p, i, x, blends));
-            }
-        }
-        u_first = u_last = w_first = w_last = first;
-        if (normals) PSURF__K(both_sides)(line->w, 2, h, hh, &w_first, &w_last);
-        if (normals == PSURF__SURFACE) {
-            PSURF__K(both_sides)(line->u, 2, h, hh, &u_first, &u_last);
-            u_first = PSURF__K(blend)(u_first, forth.u, i, x, blends);
-            w_first = PSURF__K(blend)(w_first, forth.w, i, x, blends);
-            u_last = PSURF__K(blend)(u_last, back.u, i, x, blends);
-            w_last = PSURF__K(blend)(w_last, back.w, i, x, blends);
+            first.p = psurf__l3_add(f->origin, first.p);
+            last.p = psurf__l3_add(f->origin, last.p);
         }
         if (normals && k == 0 && line->normals[0]) {
-            PSURF__K(put_corners)(r, line, first, last, cursors);
+            PSURF__K(put_corners)(r, line, first.p, last.p, cursors);
             continue;
         }
-        PSURF__K(write)(r, line, k, first, u_first, w_first, normals, normals == PSURF__SHADING,
+        PSURF__K(write)(r, line, k, first.p, first.u, first.w, normals, normals == PSURF__SHADING,
                         &cursors[0]);
         if (2 * k != r->n)
-            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals,
+            PSURF__K(write)(r, line, r->n - k, last.p, last.u, last.w, normals,
                             normals == PSURF__SHADING, &cursors[1]);
     }
 }
@@ -7038,17 +7064,13 @@ static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PS
 static void PSURF__K(triangle_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
                                        uint32_t k1, psurf__cursor cursors[2])
 {
-    const int normals = (int)r->group->normals;
-    switch (psurf__blend_count(r->group->kind) + (uint32_t)normals) {
+    const uint32_t blends = psurf__blend_count(r->group->kind);
+    switch ((blends ? 3 : 0) + (int)r->group->normals) {
     case 0: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__NO_NORMALS, cursors); return;
     case 1: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SURFACE, cursors); return;
     case 2: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SHADING, cursors); return;
-    case 7: PSURF__K(triangle_pairs)(r, line, k0, k1, 6, PSURF__SURFACE, cursors); return;
-    case 10: PSURF__K(triangle_pairs)(r, line, k0, k1, 9, PSURF__SURFACE, cursors); return;
-    case 13: PSURF__K(triangle_pairs)(r, line, k0, k1, 12, PSURF__SURFACE, cursors); return;
-    default:
-        PSURF__K(triangle_pairs)(r, line, k0, k1, psurf__blend_count(r->group->kind), normals,
-                                 cursors);
+    case 3: PSURF__K(triangle_pairs)(r, line, k0, k1, blends, PSURF__NO_NORMALS, cursors); return;
+    default: PSURF__K(triangle_pairs)(r, line, k0, k1, blends, PSURF__SURFACE, cursors);
     }
 }
 
@@ -8771,6 +8793,7 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__SQRT
 #undef PSURF__INLINE
 #undef PSURF__UNROLL
+#undef PSURF__ROLLED
 #undef PSURF__LIKELY
 #undef PSURF__CARVE
 #undef PSURF__CARVE_TABLE
