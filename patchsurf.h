@@ -3535,9 +3535,8 @@ typedef void psurf__local_rule(const psurf__local *l, const psurf__options *opti
 
 /* ---- point-normal schemes: boundary curves ---- */
 
-/* A square that is smaller than this part of another is rounding: sines and ratios below 1e-5, in
-   double 1e-12. */
-#define PSURF__SLIGHT (sizeof(psurf_real) == 4 ? PSURF__R(1e-10) : PSURF__R(1e-24))
+/* Of squares: sines and ratios below 1e-5 count as 0. In float they are little but rounding. */
+#define PSURF__SLIGHT PSURF__R(1e-10)
 
 /* d without its part along n. */
 static psurf__v3 psurf__tangential(psurf__v3 d, psurf__v3 n)
@@ -3553,13 +3552,13 @@ typedef enum psurf__curve_rule {
     PSURF__BY_WM                        /* [GB] 2.3: Walton and Meek's */
 } psurf__curve_rule;
 
-/* The boundary curve of an edge, p0 p0+h0 p1+h1 p1. Both facets compute it, from the same values but
-   with its ends swapped, and must get the same bits: so one function makes either handle, to which
-   the edge runs from the near end to the far one, and which is even in what changes sign where the
-   normals of the two sides are swapped. */
+/* The boundary curve of an edge: p0, p0 + h0, p1 + h1, p1. Both facets compute it, with the ends
+   and the sides swapped, and must get the same bits. So one function makes either handle, from a
+   chord that leads from the near end to the far one, and it is even in whatever changes its sign
+   where the normals of the two sides are swapped. */
 typedef struct psurf__curve {
     psurf__v3 chord, handle[2];
-    psurf__v3 normal[2];                /* that both sides have, or their mean; hard ends: unused */
+    psurf__v3 normal[2];                /* of both sides, or their mean; no use at hard ends */
     int hard;
 } psurf__curve;
 
@@ -3583,9 +3582,9 @@ static psurf__v3 psurf__smooth_handle(psurf__curve_rule rule, psurf__v3 d, psurf
     return psurf__mul(psurf__mad(d, scale * (2 * a1 + a * a0), far_normal), third);
 }
 
-/* The same where the tangent of the curve must lie on the line e, whose length and sign do not
-   matter. It is a third of the chord long, at most 1.061 times that, and with mu = 2 on a circular
-   arc exactly what Walton and Meek's rule gives. */
+/* The same on a hard edge, whose curve has to start along the line e; length and sign of e do not
+   matter. About a third of the chord long, never more than 1.061 times that; on a circular arc mu =
+   2 gives exactly what Walton and Meek's rule does. */
 static psurf__v3 psurf__line_handle(psurf__curve_rule rule, psurf__v3 d, psurf__v3 e)
 {
     const psurf_real mu = (psurf_real)rule;
@@ -3594,9 +3593,9 @@ static psurf__v3 psurf__line_handle(psurf__curve_rule rule, psurf__v3 d, psurf__
     return psurf__mul(u, (1 + mu) * psurf__dot(d, u) / (3 * (1 + mu * k * k)));
 }
 
-/* The line of the tangent at an end whose two sides have the normals m and n: it lies in both
-   tangent planes. (m-n) x (m+n) = 2 m x n, which near m = n keeps the digits that m x n would lose,
-   and exactly changes its sign where m and n are swapped. 1 degree apart, the end is hard. */
+/* The line along which a curve starts that has the normals m and n beside it: the intersection of
+   the two tangent planes. (m-n) x (m+n) is 2 m x n with all its digits near m = n, and changes
+   exactly its sign where m and n are swapped. From 1 degree on, the end is hard. */
 static psurf__v3 psurf__end_line(psurf__v3 d, psurf__v3 m, psurf__v3 n, int *hard)
 {
     const psurf__v3 difference = psurf__sub(m, n), sum = psurf__add(m, n);
@@ -3621,27 +3620,29 @@ static psurf__v3 psurf__common_normal(psurf__v3 m, psurf__v3 n)
 static psurf__curve psurf__make_curve(const psurf__local *l, uint32_t e, uint32_t f,
                                       psurf__curve_rule rule)
 {
-    const psurf__local_edge *edge = &l->edge[e];
+    const psurf__v3 begin = l->edge[e].begin, end = l->edge[e].end;
     const psurf__v3 back = psurf__sub(l->p[e], l->p[f]);
+    const int smooth = psurf__is_same(l->n[e], begin) && psurf__is_same(l->n[f], end);
     psurf__curve c;
+    psurf__v3 line;
     c.chord = psurf__sub(l->p[f], l->p[e]);
-    c.normal[0] = psurf__common_normal(l->n[e], edge->begin);
-    c.normal[1] = psurf__common_normal(l->n[f], edge->end);
+    c.normal[0] = psurf__common_normal(l->n[e], begin);
+    c.normal[1] = psurf__common_normal(l->n[f], end);
     c.hard = 0;
-    if (psurf__is_same(l->n[e], edge->begin) && psurf__is_same(l->n[f], edge->end)) {
+    if (smooth) {
         c.handle[0] = psurf__smooth_handle(rule, c.chord, c.normal[0], c.normal[1]);
         c.handle[1] = psurf__smooth_handle(rule, back, c.normal[1], c.normal[0]);
         return c;
     }
-    c.handle[0] = psurf__line_handle(rule, c.chord,
-                                     psurf__end_line(c.chord, l->n[e], edge->begin, &c.hard));
-    c.handle[1] = psurf__line_handle(rule, back,
-                                     psurf__end_line(back, l->n[f], edge->end, &c.hard));
+    line = psurf__end_line(c.chord, l->n[e], begin, &c.hard);
+    c.handle[0] = psurf__line_handle(rule, c.chord, line);
+    line = psurf__end_line(back, l->n[f], end, &c.hard);
+    c.handle[1] = psurf__line_handle(rule, back, line);
     return c;
 }
 
-/* Points beside the corners of a triangle, each told by its corner and whether it lies on the way to
-   the next corner, 0, or to the previous one, 1; in the order b210 b120 b201 b021 b102 b012. */
+/* The keys of a triangle are the six inner points of its edges, b210 b120 b201 b021 b102 b012: each
+   has a corner beside it, and is on the way to the next corner, 0, or to the previous one, 1. */
 static const unsigned char psurf__key[3][2] = {{0, 2}, {3, 1}, {4, 5}};
 static const unsigned char psurf__key_corner[6] = {0, 1, 0, 1, 2, 2};
 static const unsigned char psurf__key_way[6] = {0, 1, 1, 0, 0, 1};
@@ -3663,8 +3664,8 @@ static void psurf__make_frame(const psurf__local *l, psurf__curve_rule rule, psu
     }
 }
 
-/* b111 as the mean of the edge points, drawn away from the mean of the corners: [PN] (3). sigma =
-   1/2 keeps quadratics. */
+/* b111: the mean E of the keys, drawn away from the mean V of the corners; (1+s) E - s V is V and
+   (1+s) times the mean of the handles. [PN] (3); sigma = 1/2 keeps quadratics. */
 static psurf__v3 psurf__centre_point(const psurf__local *l, const psurf__v3 *handle,
                                      psurf_real sigma)
 {
@@ -3691,7 +3692,7 @@ static void psurf__put_nine(const psurf__local *l, const psurf__v3 *handle, psur
     psurf__put_boundary(l, handle, place, out);
 }
 
-/* The end of a patch: normals of its corners, and how its edges went. */
+/* What hybrid, png1 and ribbon patches end with: normals, and how the edges went. */
 static void psurf__put_end(const psurf__local *l, uint32_t e, int how, psurf_real *out)
 {
     psurf__put(out + 3 * e, l->n[e]);
@@ -3701,7 +3702,7 @@ static void psurf__put_end(const psurf__local *l, uint32_t e, int how, psurf_rea
 /* ---- pn: [PN] ---- */
 
 /* The normal in the middle of an edge: the sum of those at its ends, reflected in the plane across
-   the edge: [PN] (2), whose factor 2 makes it a reflection. Opposite normals have no mean: other. */
+   the edge: [PN] (2), with the factor 2. The sum of opposite normals is nothing: then other. */
 static psurf__v3 psurf__middle_normal(psurf__v3 d, psurf__v3 m, psurf__v3 n, psurf__v3 other)
 {
     const psurf__v3 sum = psurf__add(m, n), along = psurf__unit(d);
@@ -3742,10 +3743,10 @@ static void psurf__pn_triangle(const psurf__local *l, const psurf__options *opti
     psurf__put_normals(l, frame.curve, 0, out + 3 * 10);
 }
 
-/* The inner point of a quad beside corner i; the handles lead from a corner to the next, 0, and to
-   the previous one, 1. [PN] (4): a mean E of edge points, drawn away from a mean V of the corners by
-   1 + sigma. Both have the same mean of corners in them, so (1+s) E - s V is that mean and (1+s)
-   times the handles in E. The discrete Coons rule is of the same form. */
+/* The inner point of a quad beside corner i; handles lead to the next corner, 0, and to the
+   previous one, 1. [PN] (4), whose weights must sum to 18, so that the last sign is a minus. Its E
+   and V hold the same mean of the corners: (1+s) E - s V is that mean, and (1+s) times the handles
+   in E. The discrete Coons rule, written the same way, has no sigma. */
 static psurf__v3 psurf__quad_inner(const psurf__local *l, psurf__v3 handle[4][2], uint32_t i,
                                    const psurf__options *options)
 {
@@ -3807,8 +3808,8 @@ static void psurf__pn_quad(const psurf__local *l, const psurf__options *options,
 
 /* ---- smoothed_n: [N] ---- */
 
-/* How flat an edge is, 1: no need to smooth it. [N] takes the absolute value, so that it counts
-   sharp folds as flat. */
+/* How flat an edge is; 1: it need not be smoothed. [N] takes the absolute value, which counts sharp
+   folds as flat. */
 static psurf_real psurf__flatness(const psurf__local *l, uint32_t e, int hard,
                                   const psurf__options *options)
 {
@@ -3822,7 +3823,7 @@ static psurf_real psurf__flatness(const psurf__local *l, uint32_t e, int hard,
 
 static void psurf__smoothed_n(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    const int final = options->variant == PSURF_N_FINAL, g1 = options->variant == PSURF_N_G1;
+    const int is_final = options->variant == PSURF_N_FINAL, g1 = options->variant == PSURF_N_G1;
     psurf__frame frame;
     uint32_t e;
     psurf__make_frame(l, PSURF__BY_PROJECTION, &frame);
@@ -3833,153 +3834,15 @@ static void psurf__smoothed_n(const psurf__local *l, const psurf__options *optio
         out[e] = psurf__flatness(l, e, frame.curve[e].hard, options);
         out[3 + e] = PSURF__R(g1 && !frame.curve[e].hard);
     }
-    out[6] = PSURF__R(final);
-    out[7] = PSURF__R(final);
+    out[6] = out[7] = PSURF__R(is_final);               /* its listing alone draws the inside */
     out[8] = PSURF__R(options->shading == PSURF_SHADE_EXACT);
 }
 
-/* ---- hybrid: [GB] 2.1 ---- */
+/* ---- cubic_wm, cubic_pn: ribbons, [GB] 2.3 and 2.4 ---- */
 
-/* What the construction over an edge sees: the edge from a to b, c opposite, and the corner of the
-   triangle across; everything else from a. */
-typedef struct psurf__hinge {
-    psurf__v3 b, c, across;
-    psurf__v3 normal[4];                /* at a, b, c, and across */
-    psurf__v3 m;                        /* the direction that points are lifted in */
-} psurf__hinge;
-
-/* Whether a direction is fit to lift along: no tangent plane stands too steep. */
-static int psurf__can_lift(const psurf__hinge *h, uint32_t normals)
-{
-    uint32_t i;
-    for (i = 0; i < normals; i++)
-        if (!(psurf__abs(psurf__dot(h->normal[i], h->m)) >= PSURF__R(0.1))) return 0;
-    return 1;
-}
-
-/* Finds the direction of a smooth edge, and whether the formula holds: with the two triangles, seen
-   along m, on different sides of the edge and neither of them too thin. Both facets must decide
-   alike: they look at the edge the same way round. */
-static int psurf__open_hinge(const psurf__local *l, uint32_t e, uint32_t flags, psurf__hinge *h)
-{
-    const psurf__v3 a = l->p[e], b = l->p[(e + 1) % 3], c = l->p[(e + 2) % 3], d = l->edge[e].apex;
-    const int turned = l->edge[e].turned;
-    const psurf__v3 from = turned ? b : a, side = psurf__sub(turned ? a : b, from);
-    const psurf__v3 left = psurf__cross(side, psurf__sub(turned ? d : c, from));
-    const psurf__v3 right = psurf__cross(psurf__sub(turned ? c : d, from), side);
-    psurf_real k0, k1, least, most;
-    if (flags & PSURF_PLANE_NORMALS)
-        h->m = psurf__unit(psurf__tangential(psurf__add(h->normal[0], h->normal[1]),
-                                             psurf__unit(side)));
-    else
-        h->m = psurf__unit(psurf__add(psurf__unit(left), psurf__unit(right)));
-    k0 = psurf__dot(left, h->m);
-    k1 = psurf__dot(right, h->m);
-    if (!((k0 > 0 && k1 > 0) || (k0 < 0 && k1 < 0))) return 0;
-    k0 = psurf__abs(k0);
-    k1 = psurf__abs(k1);
-    least = k0 < k1 ? k0 : k1;
-    most = k0 < k1 ? k1 : k0;
-    return least > PSURF__R(1e-4) * most && least > PSURF__R(1e-4) * psurf__dot(side, side) &&
-           psurf__can_lift(h, 4);
-}
-
-/* From a point to a third of the way d, moved along m into the tangent plane. */
-static psurf__v3 psurf__lift(psurf__v3 d, psurf__v3 n, psurf__v3 m)
-{
-    return psurf__mul(psurf__mad(d, -(psurf__dot(n, d) / psurf__dot(n, m)), m), PSURF__R(1.0 / 3.0));
-}
-
-/* All six handles by lifting, in the order ab ba ac bc ca cb: that of the keys. */
-static void psurf__lift_all(const psurf__hinge *h, psurf__v3 *handle)
-{
-    const psurf__v3 zero = psurf__zero(), *n = h->normal;
-    handle[0] = psurf__lift(h->b, n[0], h->m);
-    handle[1] = psurf__lift(psurf__sub(zero, h->b), n[1], h->m);
-    handle[2] = psurf__lift(h->c, n[0], h->m);
-    handle[3] = psurf__lift(psurf__sub(h->c, h->b), n[1], h->m);
-    handle[4] = psurf__lift(psurf__sub(zero, h->c), n[2], h->m);
-    handle[5] = psurf__lift(psurf__sub(h->b, h->c), n[2], h->m);
-}
-
-/* The height of b111 over a along m, from the two conditions for C2 across the edge, added: it has
-   cubic precision. r, s, t: where the far corner lies on the plane orthogonal to m. */
-static psurf_real psurf__hybrid_height(const psurf__hinge *h, const psurf__v3 *handle)
-{
-    const psurf__v3 m = h->m, to_a = psurf__sub(psurf__zero(), h->across);
-    const psurf_real k = psurf__dot(psurf__cross(h->b, h->c), m);
-    const psurf_real s = psurf__dot(psurf__cross(h->across, h->c), m) / k;
-    const psurf_real t = psurf__dot(psurf__cross(h->b, h->across), m) / k, r = 1 - s - t;
-    const psurf_real b = psurf__dot(h->b, m), c = psurf__dot(h->c, m), d = psurf__dot(h->across, m);
-    const psurf_real b210 = psurf__dot(handle[0], m), b120 = b + psurf__dot(handle[1], m);
-    const psurf_real b201 = psurf__dot(handle[2], m), b021 = b + psurf__dot(handle[3], m);
-    const psurf_real b102 = c + psurf__dot(handle[4], m), b012 = c + psurf__dot(handle[5], m);
-    const psurf_real c102 = d + psurf__dot(psurf__lift(to_a, h->normal[3], m), m);
-    const psurf_real c012 = d + psurf__dot(psurf__lift(psurf__sub(h->b, h->across),
-                                                       h->normal[3], m), m);
-    const psurf_real own = r * r * b210 + 2 * r * s * (b210 + b120) + s * s * (b120 + b);
-    const psurf_real inside = 2 * t * (r * b201 + s * b021) + t * t * (b102 + b012);
-    return (c102 + c012 - own - inside) / (2 * t * (r + s));
-}
-
-/* The set of five points of edge e: b210 b120 b201 b021 b111. What it is blended with has to be as
-   good on an edge that has no triangle across, or another surface: there it is a PN triangle's,
-   lifted. Where lifting fails, the handles are Walton and Meek's. Returns how it went. */
-static int psurf__hybrid_set(const psurf__local *l, const psurf__frame *wm, uint32_t e,
-                             uint32_t flags, psurf__v3 *set)
-{
-    const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
-    const psurf__curve *curve = &wm->curve[e];
-    const int alone = curve->hard || l->edge[e].border;
-    const psurf__v3 a = l->p[e], b = l->p[f];
-    psurf__v3 handle[6];
-    psurf__hinge h;
-    int lifted;
-    uint32_t k;
-    h.b = psurf__sub(b, a);
-    h.c = psurf__sub(l->p[g], a);
-    h.across = psurf__sub(l->edge[e].apex, a);
-    h.normal[0] = alone ? l->n[e] : curve->normal[0];
-    h.normal[1] = alone ? l->n[f] : curve->normal[1];
-    h.normal[2] = l->n[g];
-    h.normal[3] = l->edge[e].apex_normal;
-    h.m = l->normal;
-    lifted = alone ? psurf__can_lift(&h, 3) : psurf__open_hinge(l, e, flags, &h);
-    for (k = 0; k < 6; k++)
-        handle[k] = wm->handle[psurf__key[(e + psurf__key_corner[k]) % 3][psurf__key_way[k]]];
-    if (lifted) psurf__lift_all(&h, handle);
-    if (curve->hard) {
-        handle[0] = curve->handle[0];
-        handle[1] = curve->handle[1];
-    }
-    for (k = 0; k < 4; k++) set[k] = psurf__add(k & 1 ? b : a, handle[k]);
-    set[4] = psurf__centre_point(l, handle, PSURF__R(0.5));
-    if (lifted && !alone) {
-        const psurf__v3 middle = psurf__mul(psurf__add(h.b, h.c), PSURF__R(1.0 / 3.0));
-        const psurf_real rise = psurf__hybrid_height(&h, handle) - psurf__dot(middle, h.m);
-        set[4] = psurf__mad(psurf__add(a, middle), rise, h.m);
-    }
-    if (curve->hard) return PSURF_EDGE_HARD;
-    return lifted ? PSURF_EDGE_SMOOTH : PSURF_EDGE_FALLBACK;
-}
-
-static void psurf__hybrid(const psurf__local *l, const psurf__options *options, psurf_real *out)
-{
-    psurf__frame wm;
-    psurf__v3 set[5];
-    uint32_t e, k;
-    psurf__make_frame(l, PSURF__BY_WM, &wm);
-    for (e = 0; e < 3; e++) {
-        psurf__put(out + 3 * e, l->p[e]);
-        psurf__put_end(l, e, psurf__hybrid_set(l, &wm, e, options->flags, set), out + 3 * 18);
-        for (k = 0; k < 5; k++) psurf__put(out + 3 * (3 + 5 * e + k), set[k]);
-    }
-}
-
-/* ---- png1, and the ribbons of Walton and Meek: what lies beside an edge ---- */
-
-/* An edge's curve as three legs, and a vector across each: what leads into the triangle at the ends
-   is measured along and across the outer legs, and carried on to the others. */
+/* An edge's curve as three legs, from point to point, and a vector across each. What leads into the
+   triangle at either end is measured along and across the leg there, and carried to the others: so
+   cross derivatives stay in planes that both facets know. */
 typedef struct psurf__legs {
     psurf__v3 leg[3], across[3];
     psurf__v3 into[2];                  /* from start and end to the point off the edge */
@@ -4016,62 +3879,14 @@ static psurf__v3 psurf__carried(const psurf__legs *s, psurf__parts x, uint32_t l
     return psurf__mix(x.along, s->leg[leg], x.across, s->across[leg]);
 }
 
-/* Edge e has no triangle to be smooth with: both its inner points are that of a PN triangle. */
+/* The inner points of a hard edge, where nothing has to be smooth and the formulas go wild. */
 static void psurf__plain_inside(const psurf__local *l, const psurf__frame *frame, psurf__v3 *inner)
 {
     inner[0] = inner[1] = psurf__centre_point(l, frame->handle, PSURF__R(0.5));
 }
 
-/* [GB] 2.2. Any map that is linear in a leg and what is across it makes the edge G1; the tables of
-   the paper tell that it is this similarity. alt holds handles; two of them come from this edge. */
-static int psurf__png1_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
-                            psurf__v3 *inner, psurf__v3 *alt)
-{
-    const psurf__curve *c = &frame->curve[e];
-    const psurf__v3 normals = psurf__add(l->normal, l->edge[e].normal);
-    psurf__legs s = psurf__legs_of(frame, e);
-    psurf__parts x[2];
-    psurf__v3 normal[3];
-    uint32_t k;
-    if (c->hard) {
-        psurf__plain_inside(l, frame, inner);
-        return PSURF_EDGE_HARD;
-    }
-    normal[0] = c->normal[0];
-    normal[1] = psurf__unit(psurf__tangential(normals, psurf__unit(s.leg[1])));
-    normal[2] = c->normal[1];
-    for (k = 0; k < 3; k++) s.across[k] = psurf__cross(normal[k], s.leg[k]);
-    for (k = 0; k < 2; k++) {
-        x[k].along = psurf__part(s.into[k], s.leg[2 * k], s.slight);
-        x[k].across = psurf__part(s.into[k], s.across[2 * k], s.slight);
-        inner[k] = psurf__add(psurf__add(l->p[(e + k) % 3], c->handle[k]),
-                              psurf__carried(&s, x[k], 1));
-    }
-    alt[psurf__key[e][1]] = psurf__add(c->handle[0], psurf__carried(&s, x[1], 0));
-    alt[psurf__key[(e + 1) % 3][0]] = psurf__add(c->handle[1], psurf__carried(&s, x[0], 2));
-    if (!(psurf__dot(normals, normals) > PSURF__SLIGHT)) s.singular = 1;
-    return s.singular ? PSURF_EDGE_FALLBACK : PSURF_EDGE_SMOOTH;
-}
-
-static void psurf__png1(const psurf__local *l, const psurf__options *options, psurf_real *out)
-{
-    psurf__frame frame;
-    psurf__v3 alt[6], inner[2];
-    uint32_t e, k;
-    (void)options;
-    psurf__make_frame(l, PSURF__BY_LENGTH, &frame);
-    for (k = 0; k < 6; k++) alt[k] = frame.handle[k];
-    psurf__put_nine(l, frame.handle, out);
-    for (e = 0; e < 3; e++) {
-        psurf__put_end(l, e, psurf__png1_edge(l, &frame, e, inner, alt), out + 3 * 21);
-        for (k = 0; k < 2; k++) psurf__put(out + 3 * (15 + 2 * e + k), inner[k]);
-    }
-    for (k = 0; k < 6; k++)
-        psurf__put(out + 3 * (9 + k), psurf__add(l->p[psurf__key_corner[k]], alt[k]));
-}
-
-/* A unit vector in the tangent plane across a leg; [GB] 2.3 (4). Across the chord, where the curve
-   starts along the normal. */
+/* In the tangent plane, across leg k at unit length: [GB] (4). Where the leg has no length, because
+   the normal points along the edge, across the chord. */
 static psurf__v3 psurf__across_leg(psurf__v3 normal, const psurf__legs *s, uint32_t k,
                                    psurf__v3 chord)
 {
@@ -4079,8 +3894,8 @@ static psurf__v3 psurf__across_leg(psurf__v3 normal, const psurf__legs *s, uint3
     return psurf__cross(normal, psurf__unit(none ? chord : s->leg[k]));
 }
 
-/* The cross derivative along an edge as a cubic between two vectors, D0 and D3, so that it stays in
-   the plane of the ribbon, which both facets share; and from it the two inner points. [GB] 2.4. */
+/* The two inner points that edge e asks for: its cross derivative, a cubic from d[0] to d[1], stays
+   in the planes of the ribbon that both facets share. [GB] 2.4, where al1 and be1 take Delta_3. */
 static int psurf__ribbon_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
                               psurf__v3 *inner)
 {
@@ -4142,6 +3957,212 @@ static void psurf__cubic_pn(const psurf__local *l, const psurf__options *options
     psurf__ribbons(l, PSURF__BY_PROJECTION, out);
 }
 
+/* ---- png1: [GB] 2.2 ---- */
+
+/* The inner points of edge e, and handles of two keys off it, from a similarity per leg. Any map
+   that is linear in a leg and its across makes the edge G1; that it is this the paper's tables
+   tell. */
+static int psurf__png1_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
+                            psurf__v3 *inner, psurf__v3 *alt)
+{
+    const psurf__curve *c = &frame->curve[e];
+    const psurf__v3 normals = psurf__add(l->normal, l->edge[e].normal);
+    psurf__legs s = psurf__legs_of(frame, e);
+    psurf__parts x[2];
+    psurf__v3 normal[3];
+    uint32_t k;
+    if (c->hard) {
+        psurf__plain_inside(l, frame, inner);
+        return PSURF_EDGE_HARD;
+    }
+    normal[0] = c->normal[0];
+    normal[1] = psurf__unit(psurf__tangential(normals, psurf__unit(s.leg[1])));
+    normal[2] = c->normal[1];
+    for (k = 0; k < 3; k++) s.across[k] = psurf__cross(normal[k], s.leg[k]);
+    for (k = 0; k < 2; k++) {
+        x[k].along = psurf__part(s.into[k], s.leg[2 * k], s.slight);
+        x[k].across = psurf__part(s.into[k], s.across[2 * k], s.slight);
+        inner[k] = psurf__add(psurf__add(l->p[(e + k) % 3], c->handle[k]),
+                              psurf__carried(&s, x[k], 1));
+    }
+    alt[psurf__key[e][1]] = psurf__add(c->handle[0], psurf__carried(&s, x[1], 0));
+    alt[psurf__key[(e + 1) % 3][0]] = psurf__add(c->handle[1], psurf__carried(&s, x[0], 2));
+    if (!(psurf__dot(normals, normals) > PSURF__SLIGHT)) s.singular = 1;
+    return s.singular ? PSURF_EDGE_FALLBACK : PSURF_EDGE_SMOOTH;
+}
+
+static void psurf__png1(const psurf__local *l, const psurf__options *options, psurf_real *out)
+{
+    psurf__frame frame;
+    psurf__v3 alt[6], inner[2];
+    uint32_t e, k;
+    (void)options;
+    psurf__make_frame(l, PSURF__BY_LENGTH, &frame);
+    for (k = 0; k < 6; k++) alt[k] = frame.handle[k];
+    psurf__put_nine(l, frame.handle, out);
+    for (e = 0; e < 3; e++) {
+        psurf__put_end(l, e, psurf__png1_edge(l, &frame, e, inner, alt), out + 3 * 21);
+        for (k = 0; k < 2; k++) psurf__put(out + 3 * (15 + 2 * e + k), inner[k]);
+    }
+    for (k = 0; k < 6; k++)
+        psurf__put(out + 3 * (9 + k), psurf__add(l->p[psurf__key_corner[k]], alt[k]));
+}
+
+/* ---- hybrid: [GB] 2.1 ---- */
+
+/* An edge from a to b with its two triangles, whose other corners are c and, across, one more;
+   places are seen from a. */
+typedef struct psurf__hinge {
+    psurf__v3 b, c, across;
+    psurf__v3 normal[4];                /* at a, b, c, and across */
+    psurf__v3 m;                        /* the direction that points are lifted along */
+    int alone;                          /* nothing to be smooth with: a border, or hard */
+    int lifted;                         /* lifting works */
+} psurf__hinge;
+
+/* Whether a direction is fit to lift along: no tangent plane stands too steep. */
+static int psurf__can_lift(const psurf__hinge *h, uint32_t normals)
+{
+    uint32_t i;
+    for (i = 0; i < normals; i++)
+        if (!(psurf__abs(psurf__dot(h->normal[i], h->m)) >= PSURF__R(0.1))) return 0;
+    return 1;
+}
+
+/* Finds the direction of a smooth edge, and whether the formula holds: with the two triangles, seen
+   along m, on different sides of the edge, and neither of them too thin. Both facets must decide
+   alike, so they look at the edge the same way round. */
+static int psurf__open_hinge(const psurf__local *l, uint32_t e, uint32_t flags, psurf__hinge *h)
+{
+    const psurf__local_edge *edge = &l->edge[e];
+    const psurf__v3 own = l->p[(e + 2) % 3];
+    const psurf__v3 from = l->p[edge->turned ? (e + 1) % 3 : e];
+    const psurf__v3 side = psurf__sub(l->p[edge->turned ? e : (e + 1) % 3], from);
+    const psurf__v3 to_left = psurf__sub(edge->turned ? edge->apex : own, from);
+    const psurf__v3 to_right = psurf__sub(edge->turned ? own : edge->apex, from);
+    const psurf__v3 left = psurf__cross(side, to_left), right = psurf__cross(to_right, side);
+    const psurf_real reach = psurf__dot(side, side) + psurf__dot(to_left, to_left) +
+                             psurf__dot(to_right, to_right);
+    const psurf_real least = PSURF__R(1e-4) * reach;
+    psurf_real a, b;
+    if (flags & PSURF_PLANE_NORMALS)
+        h->m = psurf__unit(psurf__tangential(psurf__add(h->normal[0], h->normal[1]),
+                                             psurf__unit(side)));
+    else
+        h->m = psurf__unit(psurf__add(psurf__unit(left), psurf__unit(right)));
+    a = psurf__dot(left, h->m);
+    b = psurf__dot(right, h->m);
+    return ((a > least && b > least) || (-a > least && -b > least)) && psurf__can_lift(h, 4);
+}
+
+static psurf__hinge psurf__hinge_of(const psurf__local *l, const psurf__frame *wm, uint32_t e,
+                                    uint32_t flags)
+{
+    const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
+    const psurf__curve *curve = &wm->curve[e];
+    psurf__hinge h;
+    h.b = psurf__sub(l->p[f], l->p[e]);
+    h.c = psurf__sub(l->p[g], l->p[e]);
+    h.across = psurf__sub(l->edge[e].apex, l->p[e]);
+    h.alone = curve->hard || l->edge[e].border;
+    h.normal[0] = h.alone ? l->n[e] : curve->normal[0];
+    h.normal[1] = h.alone ? l->n[f] : curve->normal[1];
+    h.normal[2] = l->n[g];
+    h.normal[3] = l->edge[e].apex_normal;
+    h.m = l->normal;
+    h.lifted = h.alone ? psurf__can_lift(&h, 3) : psurf__open_hinge(l, e, flags, &h);
+    return h;
+}
+
+/* A third of the way d from a point, moved along m into its tangent plane. */
+static psurf__v3 psurf__lift(psurf__v3 d, psurf__v3 n, psurf__v3 m)
+{
+    const psurf_real s = -(psurf__dot(n, d) / psurf__dot(n, m));
+    return psurf__mul(psurf__mad(d, s, m), PSURF__R(1.0 / 3.0));
+}
+
+/* All six handles by lifting, in the order of the keys: a to b, b to a, a to c, ... */
+static void psurf__lift_all(const psurf__hinge *h, psurf__v3 *handle)
+{
+    const psurf__v3 zero = psurf__zero(), *n = h->normal;
+    handle[0] = psurf__lift(h->b, n[0], h->m);
+    handle[1] = psurf__lift(psurf__sub(zero, h->b), n[1], h->m);
+    handle[2] = psurf__lift(h->c, n[0], h->m);
+    handle[3] = psurf__lift(psurf__sub(h->c, h->b), n[1], h->m);
+    handle[4] = psurf__lift(psurf__sub(zero, h->c), n[2], h->m);
+    handle[5] = psurf__lift(psurf__sub(h->b, h->c), n[2], h->m);
+}
+
+/* The height of b111 over a along m: the two conditions for C2 across the edge, added, which has
+   cubic precision. r, s, t: barycentric coordinates of the far corner, seen along m. */
+static psurf_real psurf__hybrid_height(const psurf__hinge *h, const psurf__v3 *handle)
+{
+    const psurf__v3 m = h->m, n = h->normal[3], to_a = psurf__sub(psurf__zero(), h->across);
+    const psurf__v3 to_b = psurf__sub(h->b, h->across);
+    const psurf_real k = psurf__dot(psurf__cross(h->b, h->c), m);
+    const psurf_real s = psurf__dot(psurf__cross(h->across, h->c), m) / k;
+    const psurf_real t = psurf__dot(psurf__cross(h->b, h->across), m) / k, r = 1 - s - t;
+    const psurf_real b = psurf__dot(h->b, m), c = psurf__dot(h->c, m), d = psurf__dot(h->across, m);
+    const psurf_real b210 = psurf__dot(handle[0], m), b120 = b + psurf__dot(handle[1], m);
+    const psurf_real b201 = psurf__dot(handle[2], m), b021 = b + psurf__dot(handle[3], m);
+    const psurf_real b102 = c + psurf__dot(handle[4], m), b012 = c + psurf__dot(handle[5], m);
+    const psurf_real c102 = d + psurf__dot(psurf__lift(to_a, n, m), m);
+    const psurf_real c012 = d + psurf__dot(psurf__lift(to_b, n, m), m);
+    const psurf_real edge = r * r * b210 + 2 * r * s * (b210 + b120) + s * s * (b120 + b);
+    const psurf_real inside = 2 * t * (r * b201 + s * b021) + t * t * (b102 + b012);
+    return (c102 + c012 - edge - inside) / (2 * t * (r + s));
+}
+
+/* b111 of a set: by the formula; a PN triangle's, where there is nothing to be smooth with; where
+   lifting fails, what the two inner points of Walton and Meek's ribbon have in the middle. */
+static psurf__v3 psurf__hybrid_centre(const psurf__local *l, const psurf__frame *wm, uint32_t e,
+                                      const psurf__hinge *h, const psurf__v3 *handle)
+{
+    const psurf__v3 middle = psurf__mul(psurf__add(h->b, h->c), PSURF__R(1.0 / 3.0));
+    psurf__v3 inner[2];
+    if (h->alone) return psurf__centre_point(l, handle, PSURF__R(0.5));
+    if (h->lifted)
+        return psurf__mad(psurf__add(l->p[e], middle),
+                          psurf__hybrid_height(h, handle) - psurf__dot(middle, h->m), h->m);
+    psurf__ribbon_edge(l, wm, e, inner);
+    return psurf__mul(psurf__add(inner[0], inner[1]), PSURF__R(0.5));
+}
+
+/* The set of edge e: b210 b120 b201 b021 b111, as if it were the first. Its own two keys are those
+   of the hard curve where it is hard; all are Walton and Meek's where lifting fails. */
+static int psurf__hybrid_set(const psurf__local *l, const psurf__frame *wm, uint32_t e,
+                             uint32_t flags, psurf__v3 *set)
+{
+    const psurf__curve *curve = &wm->curve[e];
+    const psurf__hinge h = psurf__hinge_of(l, wm, e, flags);
+    psurf__v3 handle[6];
+    uint32_t k;
+    for (k = 0; k < 6; k++)
+        handle[k] = wm->handle[psurf__key[(e + psurf__key_corner[k]) % 3][psurf__key_way[k]]];
+    if (h.lifted) psurf__lift_all(&h, handle);
+    if (curve->hard) {
+        handle[0] = curve->handle[0];
+        handle[1] = curve->handle[1];
+    }
+    for (k = 0; k < 4; k++) set[k] = psurf__add(l->p[(e + k % 2) % 3], handle[k]);
+    set[4] = psurf__hybrid_centre(l, wm, e, &h, handle);
+    if (curve->hard) return PSURF_EDGE_HARD;
+    return h.lifted ? PSURF_EDGE_SMOOTH : PSURF_EDGE_FALLBACK;
+}
+
+static void psurf__hybrid(const psurf__local *l, const psurf__options *options, psurf_real *out)
+{
+    psurf__frame wm;
+    psurf__v3 set[5];
+    uint32_t e, k;
+    psurf__make_frame(l, PSURF__BY_WM, &wm);
+    for (e = 0; e < 3; e++) {
+        psurf__put(out + 3 * e, l->p[e]);
+        psurf__put_end(l, e, psurf__hybrid_set(l, &wm, e, options->flags, set), out + 3 * 18);
+        for (k = 0; k < 5; k++) psurf__put(out + 3 * (3 + 5 * e + k), set[k]);
+    }
+}
+
 /* ---- point-normal schemes: from the tables to the rules ---- */
 
 /* The kind of patch of facets filed under a kind. */
@@ -4163,9 +4184,10 @@ static psurf__v3 psurf__triangle_normal(psurf__v3 a, psurf__v3 b, psurf__v3 c)
 }
 
 /* What lies across edge i of a facet of size corners. The facet across runs the other way: its
-   half-edge starts where ours ends. Its normal is made as it makes it itself: same bits. */
+   half-edge starts where ours ends. Its normal is made as it makes it itself: same bits. Across a
+   smooth edge the normals at its ends are our own. */
 static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t size, uint32_t i,
-                               psurf__local *l)
+                               int apexes, psurf__local *l)
 {
     const psurf_topology *t = p->topology;
     const uint32_t other = psurf__corner_across(t, corner), next = psurf__following(i, size);
@@ -4178,7 +4200,9 @@ static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t
     edge->apex = l->p[psurf__following(next, size)];
     edge->apex_normal = l->n[psurf__following(next, size)];
     edge->normal = l->normal;
-    if (edge->border) return;
+    if (edge->border ||
+        (!apexes && !((t->corners[other].edge ^ t->corners[corner].edge) & ~PSURF_WRITER)))
+        return;
     sides = psurf__kind_sides(psurf__facet_kind(t, psurf__corner_facet(t, other, &place)));
     first = other - place;
     for (k = 0; k < sides; k++) psurf__read_point_normal(p, first + k, &p3[k], &n3[k]);
@@ -4192,7 +4216,7 @@ static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t
 }
 
 /* A facet of size corners from first on. */
-static void psurf__read_local(const psurf_patches *p, uint32_t first, uint32_t size,
+static void psurf__read_local(const psurf_patches *p, uint32_t first, uint32_t size, int apexes,
                               psurf__local *l)
 {
     uint32_t vertex[4], i;
@@ -4200,27 +4224,29 @@ static void psurf__read_local(const psurf_patches *p, uint32_t first, uint32_t s
         vertex[i] = psurf__read_point_normal(p, first + i, &l->p[i], &l->n[i]);
     l->normal = psurf__triangle_normal(l->p[0], l->p[1], l->p[2]);
     for (i = 0; i < size; i++) {
-        psurf__read_across(p, first + i, size, i, l);
+        psurf__read_across(p, first + i, size, i, apexes, l);
         l->edge[i].turned = vertex[i] > vertex[psurf__following(i, size)];
     }
 }
 
-/* The rule for facets filed under a kind. */
-static psurf__local_rule *psurf__rule_of(const psurf_patches *p, psurf_kind kind);
-
-static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
-                                psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out)
+/* Runs a rule over facets first to end-1. */
+static void psurf__run_rule(const psurf_patches *p, const psurf__control *control, psurf_kind kind,
+                            uint32_t first, uint32_t end, psurf__local_rule *rule, int apexes,
+                            psurf_real *out)
 {
     const uint32_t sides = psurf__kind_sides(kind);
     const size_t reals = 3 * (size_t)psurf__kind_table[psurf__patch_kind(p, kind)].points;
-    psurf__local_rule *const rule = psurf__rule_of(p, kind);
     uint32_t corner = psurf__facet_corner(p->topology, kind, first), i;
     psurf__local local;
     for (i = first; i < end; i++, corner += sides, out += reals) {
-        psurf__read_local(p, corner, sides, &local);
+        psurf__read_local(p, corner, sides, apexes, &local);
         rule(&local, &control->options, out);
     }
 }
+
+/* Finds the rule in the table below. */
+static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
+                                psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out);
 
 /* ---- the table of schemes, and the passes that run them ---- */
 
@@ -4231,24 +4257,27 @@ typedef struct psurf__scheme_row {
     void (*facets)(const psurf_patches *, const psurf__control *, psurf_kind, uint32_t first,
                    uint32_t end, psurf_real *out);
     psurf__local_rule *rule, *quad;     /* what psurf__local_facets asks */
+    int apexes;                         /* rule looks at the facets across */
 } psurf__scheme_row;
 
 static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
-    {"pm", PSURF_SPLIT_PM, PSURF_PN_TRI, psurf__pm_facets, NULL, NULL},
-    {"pn", PSURF_SPLIT_PN, PSURF_PN_TRI, psurf__local_facets, psurf__pn_triangle, psurf__pn_quad},
+    {"pm", PSURF_SPLIT_PM, PSURF_PN_TRI, psurf__pm_facets, NULL, NULL, 0},
+    {"pn", PSURF_SPLIT_PN, PSURF_PN_TRI, psurf__local_facets, psurf__pn_triangle, psurf__pn_quad,
+     0},
     {"smoothed_n", PSURF_SPLIT_TRIANGLES, PSURF_NPATCH, psurf__local_facets, psurf__smoothed_n,
-     NULL},
-    {"hybrid", PSURF_SPLIT_TRIANGLES, PSURF_HYBRID_TRI, psurf__local_facets, psurf__hybrid, NULL},
-    {"png1", PSURF_SPLIT_TRIANGLES, PSURF_PNG1_TRI, psurf__local_facets, psurf__png1, NULL},
+     NULL, 1},
+    {"hybrid", PSURF_SPLIT_TRIANGLES, PSURF_HYBRID_TRI, psurf__local_facets, psurf__hybrid, NULL,
+     1},
+    {"png1", PSURF_SPLIT_TRIANGLES, PSURF_PNG1_TRI, psurf__local_facets, psurf__png1, NULL, 1},
     {"cubic_wm_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_wm,
-     NULL},
+     NULL, 0},
     {"cubic_pn_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_pn,
-     NULL},
+     NULL, 0},
     {"cubic_wm_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_wm,
-     NULL},
+     NULL, 0},
     {"cubic_pn_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_pn,
-     NULL},
-    {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, psurf__local_facets, NULL, NULL}
+     NULL, 0},
+    {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, psurf__local_facets, NULL, NULL, 0}
 };
 
 static psurf_kind psurf__scheme_triangle(psurf_scheme scheme)
@@ -4261,16 +4290,19 @@ static psurf_kind psurf__patch_kind(const psurf_patches *p, psurf_kind kind)
     return kind == PSURF_PN_TRI ? psurf__schemes[p->scheme].triangle : kind;
 }
 
-/* In a mix, that of the scheme that makes this kind from the curves that the mix has. */
-static psurf__local_rule *psurf__rule_of(const psurf_patches *p, psurf_kind kind)
+/* In a mix, it is that which makes this kind from the curves that the mix has. */
+static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
+                                psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out)
 {
     const unsigned curves = (unsigned)p->topology->mixed_first;
+    const psurf__scheme_row *row;
     uint32_t s = (uint32_t)p->scheme;
-    if (kind == PSURF_PN_QUAD) return psurf__schemes[s].quad;
     if (p->scheme == PSURF_MIXED)
         for (s = PSURF_PN; psurf__schemes[s].triangle != kind ||
                            psurf__curves_of(s) != psurf__curves_of(curves);) s++;
-    return psurf__schemes[s].rule;
+    row = &psurf__schemes[s];
+    psurf__run_rule(p, control, kind, first, end, kind == PSURF_PN_QUAD ? row->quad : row->rule,
+                    row->apexes, out);
 }
 
 static psurf_real *psurf__patch_points(const psurf_patches *p, psurf_kind kind, uint32_t facet)
