@@ -6905,6 +6905,7 @@ typedef struct PSURF__K(facets) {
     psurf__l3 inner[PSURF__MAX_SECTORS][3];     /* lines from the corners to the centre */
     psurf__l3 rows[5][4], steps[4][4];          /* by power along a line, then across: see below */
     psurf__l3 blends[PSURF__MAX_BLENDS];        /* points that rational weights go with */
+    PSURF__K(smoothed) smoothed;                /* of N-patches */
     uint32_t corners[4];                        /* places of the corners' normals; 0: none */
 } PSURF__K(facets);
 
@@ -7122,6 +7123,7 @@ static void PSURF__K(open_triangle)(PSURF__K(facets) *f, const psurf__group *g)
     PSURF__K(edge)(a + e[1][0], a + e[1][1], a + e[1][2], a + e[1][3], f->sides[1]);
     PSURF__K(base_net)(g->kind, f->local, net);
     PSURF__K(blend_points)(g->kind, f->local, f->blends);
+    if (g->kind == PSURF_NPATCH) PSURF__K(open_smoothed)(f->points, &f->smoothed);
     PSURF__K(cubic_row)(net, 0, f->rows);
     PSURF__K(quadratic_row)(net + 4, 1, f->rows);
     PSURF__K(linear_row)(net + 7, 2, f->rows);
@@ -7550,43 +7552,53 @@ static void PSURF__K(triangle_samples)(const psurf__run *r, const PSURF__K(line)
     }
 }
 
-/* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample. */
-static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
-                                     uint32_t k1, psurf__cursor cursors[2])
+/* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample.
+   exactly: some lane shades with the normal of its surface. */
+static PSURF__INLINE void PSURF__K(npatch_pairs)(const psurf__run *r, const PSURF__K(line) *line,
+                                                 uint32_t k0, uint32_t k1, int order, int exactly,
+                                                 psurf__cursor cursors[2])
 {
-    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), exact = line->facets->local[18].z;
-    const int exactly = psurf__l_greater(exact, half) != 0;     /* to shade with the surface's */
-    const psurf__normals normals = r->group->normals;
+    const PSURF__K(facets) *f = line->facets;
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), exact = f->local[18].z;
     const psurf_real rate = PSURF__R(r->group->rate);
+    const int normals = r->group->normals != PSURF__NO_NORMALS, corners = line->normals[0] != NULL;
+    const int shading = r->group->normals == PSURF__SHADING;
     uint32_t k, side;
     for (k = k0; k < k1; k++) {
         const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
         const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
         psurf__l3 p[2], w[2];
-        PSURF__K(jet) jet;
-        if (k > 0 && r->edge) PSURF__K(both_sides)(line->p, 3, h, hh, &p[0], &p[1]);
-        if (normals == PSURF__SHADING) PSURF__K(both_sides)(line->w, 2, h, hh, &w[0], &w[1]);
+        PSURF__K(both_sides)(line->p, 3, h, hh, &p[0], &p[1]);
+        PSURF__K(both_sides)(line->w, 2, h, hh, &w[0], &w[1]);
         for (side = 0; side < 2; side++) {
             const uint32_t at = side ? r->n - k : k;
+            PSURF__K(jet) jet;
             psurf__lanes t[3];
             if (side && 2 * k == r->n) continue;
             t[0] = psurf__l_all(PSURF__R(r->n - at) / rate);
             t[1] = psurf__l_all(PSURF__R(at) / rate);
             t[2] = psurf__l_all(PSURF__R(r->d) / rate);
-            if (k > 0 || normals == PSURF__SURFACE || exactly)
-                PSURF__K(npatch)(line->facets->local, t, normals == PSURF__SURFACE || exactly,
-                                 &jet);
+            PSURF__K(npatch)(&f->smoothed, t, order, &jet);
             if (k == 0) psurf__l3_put(&p[side], *line->ends[side]);
-            else if (!r->edge) p[side] = psurf__l3_add(line->facets->origin, jet.p);
-            if (normals == PSURF__SHADING && !exactly) jet.dv = w[side];
-            else if (normals == PSURF__SHADING)
+            else if (!r->edge) p[side] = psurf__l3_add(f->origin, jet.p);
+            if (order == 0) jet.du = jet.dv = w[side];
+            else if (shading && exactly)
                 jet.dv = psurf__l3_select(exact, half, psurf__l3_cross(jet.du, jet.dv), w[side]);
-            if (normals && k == 0 && line->normals[0]) jet.dv = *line->normals[side];
-            PSURF__K(write)(r, line, at, p[side], jet.du, jet.dv, normals != PSURF__NO_NORMALS,
-                            normals == PSURF__SHADING || (k == 0 && line->normals[0]),
-                            &cursors[side]);
+            if (k == 0 && corners) jet.dv = *line->normals[side];
+            PSURF__K(write)(r, line, at, p[side], jet.du, jet.dv, normals,
+                            shading || (k == 0 && corners), &cursors[side]);
         }
     }
+}
+
+static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                                     uint32_t k1, psurf__cursor cursors[2])
+{
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5));
+    const int exactly = psurf__l_greater(line->facets->local[18].z, half) != 0;
+    if (r->group->normals == PSURF__SURFACE || (r->group->normals == PSURF__SHADING && exactly))
+        PSURF__K(npatch_pairs)(r, line, k0, k1, 1, exactly, cursors);
+    else PSURF__K(npatch_pairs)(r, line, k0, k1, 0, 0, cursors);
 }
 
 static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
