@@ -7634,7 +7634,7 @@ static void PSURF__K(put_apart)(const psurf__run *r, const PSURF__K(line) *line,
     psurf__held held;
     psurf__cursor cursors[2];
     uint32_t i, k;
-    psurf__hold_cursors(&held, r->group->normals, cursors);
+    psurf__hold_cursors(&held, r->group->normals != PSURF__NO_NORMALS, cursors);
     for (k = k0; k < k1; k++) {
         PSURF__K(any_samples)(r, line, k, k + 1, cursors);
         for (i = 0; i < r->group->count; i++) {
@@ -8887,7 +8887,8 @@ static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk)
     g.count = 1;
     g.rate = rate;
     g.turn = view.turn;
-    g.normals = g.border_only = 1;
+    g.normals = PSURF__SURFACE;
+    g.border_only = 1;
     g.apart = PSURF__ALL_APART;
     g.aim = NULL;
     g.put = psurf__put_probe;
