@@ -3622,22 +3622,24 @@ static psurf__curve psurf__make_curve(const psurf__local *l, uint32_t e, uint32_
 {
     const psurf__v3 begin = l->edge[e].begin, end = l->edge[e].end;
     const psurf__v3 back = psurf__sub(l->p[e], l->p[f]);
-    const int smooth = psurf__is_same(l->n[e], begin) && psurf__is_same(l->n[f], end);
+    const int same = psurf__is_same(l->n[e], begin) && psurf__is_same(l->n[f], end);
+    psurf__v3 line[2];
     psurf__curve c;
-    psurf__v3 line;
     c.chord = psurf__sub(l->p[f], l->p[e]);
     c.normal[0] = psurf__common_normal(l->n[e], begin);
     c.normal[1] = psurf__common_normal(l->n[f], end);
     c.hard = 0;
-    if (smooth) {
+    if (!same) {
+        line[0] = psurf__end_line(c.chord, l->n[e], begin, &c.hard);
+        line[1] = psurf__end_line(back, l->n[f], end, &c.hard);
+    }
+    if (!c.hard) {
         c.handle[0] = psurf__smooth_handle(rule, c.chord, c.normal[0], c.normal[1]);
         c.handle[1] = psurf__smooth_handle(rule, back, c.normal[1], c.normal[0]);
         return c;
     }
-    line = psurf__end_line(c.chord, l->n[e], begin, &c.hard);
-    c.handle[0] = psurf__line_handle(rule, c.chord, line);
-    line = psurf__end_line(back, l->n[f], end, &c.hard);
-    c.handle[1] = psurf__line_handle(rule, back, line);
+    c.handle[0] = psurf__line_handle(rule, c.chord, line[0]);
+    c.handle[1] = psurf__line_handle(rule, back, line[1]);
     return c;
 }
 
