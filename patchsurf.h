@@ -3356,6 +3356,17 @@ typedef enum psurf__apart {
     PSURF__NONE_APART, PSURF__BORDER_APART, PSURF__ALL_APART
 } psurf__apart;
 
+/* Memory that the next group is going to use, asked for while this group is in work, and bit by
+   bit: more at once would hold up the arithmetic. */
+typedef struct psurf__ahead {
+    const psurf_real *to[8];            /* of each lane */
+    ptrdiff_t at, end, step;            /* in reals */
+} psurf__ahead;
+
+/* Its samples: even pairs of this group's ask for the first, odd ones for the second. Its patches:
+   each line asks. */
+enum { PSURF__AHEAD_EVEN, PSURF__AHEAD_ODD, PSURF__AHEAD_PATCHES, PSURF__AHEADS };
+
 /* Up to eight facets of one kind and turn, of which the same samples are wanted, and where they
    go. */
 typedef struct psurf__run psurf__run;
@@ -3367,6 +3378,8 @@ typedef struct psurf__group {
     int normals;                        /* or positions alone */
     int border_only;                    /* samples on the facets' edges alone */
     psurf__apart apart;
+    int fetched;                        /* where they go has been asked for */
+    psurf__ahead *ahead;                /* [PSURF__AHEADS] */
     void (*aim)(const psurf__run *run, uint32_t first, uint32_t last, psurf__cursor cursors[2]);
     void (*put)(const psurf__run *run, uint32_t lane, uint32_t k, const psurf_real *sample);
     void *to;
@@ -3434,6 +3447,12 @@ static psurf__point psurf__line_point(const psurf__run *r, uint32_t k)
 
 static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
                                psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8]);
+
+/* How many reals of a face are asked for ahead at most: they have to stay till they are written. */
+enum { PSURF__FAR_AHEAD = 32768 };
+
+/* Pairs of samples whose distances from the middle of a line are worked out together. */
+enum { PSURF__STRETCH = 24 };
 
 /* Rows of the 15 points of a sector: where the points of constant distance from the edge begin. */
 static const unsigned char psurf__row[5] = {0, 5, 9, 12, 14};
@@ -3548,7 +3567,7 @@ static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 
 static PSURF__INLINE void psurf__l_fetch(const float *p)
 {
-    _mm_prefetch((const char *)p, _MM_HINT_T0);
+    _mm_prefetch((const char *)p, _MM_HINT_T1);         /* a group is more than the first cache */
 }
 
 /* Four reals of lanes i and i+4, side by side. */
@@ -3689,7 +3708,7 @@ static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 
 static PSURF__INLINE void psurf__l_fetch(const float *p)
 {
-    _mm_prefetch((const char *)p, _MM_HINT_T0);
+    _mm_prefetch((const char *)p, _MM_HINT_T1);         /* a group is more than the first cache */
 }
 
 /* Rows of four to columns: one half of the lanes. */
@@ -3816,7 +3835,7 @@ static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
            vaddvq_u32(vandq_u32(vcgtq_f32(a.high, b.high), bit)) << 4;
 }
 
-static PSURF__INLINE void psurf__l_fetch(const float *p) { __builtin_prefetch(p, 1); }
+static PSURF__INLINE void psurf__l_fetch(const float *p) { __builtin_prefetch(p, 1, 2); }
 
 /* Rows of four to columns: one half of the lanes. */
 static PSURF__INLINE void PSURF__K(turn)(float32x4_t *a)
@@ -4791,17 +4810,45 @@ static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(li
     psurf__advance(c);
 }
 
+static PSURF__INLINE void PSURF__K(fetch_ahead)(psurf__ahead *a)
+{
+    uint32_t i;
+    if (a->at >= a->end) return;
+    for (i = 0; i < 8; i++) psurf__l_fetch(a->to[i] + a->at);
+    a->at += a->step;
+}
+
+/* How far from the middle of a line its samples lie, k0 <= k < k1, and the squares: eight quotients
+   at a time, and none between the samples. */
+typedef struct PSURF__K(distances) {
+    psurf_real h[PSURF__STRETCH], hh[PSURF__STRETCH];
+} PSURF__K(distances);
+
+static PSURF__INLINE void PSURF__K(find_distances)(const psurf__run *r, uint32_t k0, uint32_t k1,
+                                                   PSURF__K(distances) *to)
+{
+    static const psurf_real twice[8] = {0, 2, 4, 6, 8, 10, 12, 14};
+    const psurf__lanes twice_k = psurf__l_load(twice), span = psurf__l_all(r->span);
+    uint32_t i;
+    for (i = 0; k0 + i < k1; i += 8) {
+        const psurf_real first = PSURF__R(r->n) - PSURF__R(2 * (k0 + i));       /* exact */
+        const psurf__lanes x = psurf__l_div(psurf__l_sub(psurf__l_all(first), twice_k), span);
+        psurf__l_store(to->h + i, x);
+        psurf__l_store(to->hh + i, psurf__l_mul(x, x));
+    }
+}
+
 /* Samples k and n-k of a line, k0 <= k < k1, as far as they are wanted: forth from its beginning
    and back from its end. quartic: p is, else cubic; edge: p is cubic and without origin. */
 static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(line) *line,
-                                            uint32_t k0, uint32_t k1, int quartic, int edge,
-                                            int normals, psurf__cursor cursors[2])
+                                            const PSURF__K(distances) *x, uint32_t k0, uint32_t k1,
+                                            int quartic, int edge, int normals,
+                                            psurf__cursor cursors[2])
 {
     const psurf__l3 *origin = &line->facets->origin;
     uint32_t k;
     for (k = k0; k < k1; k++) {
-        const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
-        const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
+        const psurf__lanes h = psurf__l_all(x->h[k - k0]), hh = psurf__l_all(x->hh[k - k0]);
         psurf__l3 first, last, u_first, u_last, w_first, w_last;
         if ((edge || !quartic) && k == 0) {
             psurf__l3_put(&first, *line->ends[0]);
@@ -4811,6 +4858,7 @@ static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(
             if (!edge) first = psurf__l3_add(*origin, first);
             if (!edge) last = psurf__l3_add(*origin, last);
         }
+        PSURF__K(fetch_ahead)(&r->group->ahead[k & 1 ? PSURF__AHEAD_ODD : PSURF__AHEAD_EVEN]);
         u_first = u_last = w_first = w_last = first;
         if (normals) {
             PSURF__K(both_sides)(line->u, quartic ? 3 : 2, h, hh, &u_first, &u_last);
@@ -4826,15 +4874,22 @@ static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(
 static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
                                   uint32_t k1, psurf__cursor cursors[2])
 {
-    switch ((r->tensor ? 0 : 4) + (r->edge ? 2 : 0) + (r->group->normals ? 1 : 0)) {
-    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, 0, cursors); return;
-    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, 1, cursors); return;
-    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 1, 0, cursors); return;
-    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, 1, cursors); return;
-    case 4: PSURF__K(samples)(r, line, k0, k1, 1, 0, 0, cursors); return;
-    case 5: PSURF__K(samples)(r, line, k0, k1, 1, 0, 1, cursors); return;
-    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 1, 0, cursors); return;
-    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, 1, cursors); return;
+    const int which = (r->tensor ? 0 : 4) + (r->edge ? 2 : 0) + (r->group->normals ? 1 : 0);
+    PSURF__K(distances) x;
+    uint32_t k;
+    for (; k0 < k1; k0 = k) {
+        k = k1 - k0 > PSURF__STRETCH ? k0 + PSURF__STRETCH : k1;
+        PSURF__K(find_distances)(r, k0, k, &x);
+        switch (which) {
+        case 0: PSURF__K(samples)(r, line, &x, k0, k, 0, 0, 0, cursors); break;
+        case 1: PSURF__K(samples)(r, line, &x, k0, k, 0, 0, 1, cursors); break;
+        case 2: PSURF__K(samples)(r, line, &x, k0, k, 0, 1, 0, cursors); break;
+        case 3: PSURF__K(samples)(r, line, &x, k0, k, 0, 1, 1, cursors); break;
+        case 4: PSURF__K(samples)(r, line, &x, k0, k, 1, 0, 0, cursors); break;
+        case 5: PSURF__K(samples)(r, line, &x, k0, k, 1, 0, 1, cursors); break;
+        case 6: PSURF__K(samples)(r, line, &x, k0, k, 1, 1, 0, cursors); break;
+        default: PSURF__K(samples)(r, line, &x, k0, k, 1, 1, 1, cursors); break;
+        }
     }
 }
 
@@ -4883,10 +4938,13 @@ static void PSURF__K(put_line)(const psurf__run *r, const PSURF__K(line) *line)
     const uint32_t last = r->n - k0 < r->end ? r->n - k0 : r->end - 1;
     psurf__cursor cursors[2];
     if (k0 > 0) PSURF__K(put_apart)(r, line, 0, k0);
+    PSURF__K(fetch_ahead)(&r->group->ahead[PSURF__AHEAD_PATCHES]);
     if (k0 >= pairs) return;
     r->group->aim(r, first, last, cursors);
-    PSURF__K(fetch)(cursors->p, cursors->p_at, cursors->p_step, cursors->p_bend, last + 1 - first);
-    if (!cursors->interleaved)
+    if (!r->group->fetched)
+        PSURF__K(fetch)(cursors->p, cursors->p_at, cursors->p_step, cursors->p_bend,
+                        last + 1 - first);
+    if (!r->group->fetched && !cursors->interleaved)
         PSURF__K(fetch)(cursors->n, cursors->n_at, cursors->n_step, cursors->n_bend,
                         last + 1 - first);
     PSURF__K(any_samples)(r, line, k0, pairs, cursors);
@@ -5506,6 +5564,7 @@ typedef struct psurf__output {
     const psurf_tess_out *out;
     size_t p_stride, n_stride;          /* in reals */
     psurf_real *p[8], *n[8];            /* of the first vertex of each face, its first inside */
+    psurf__ahead ahead[PSURF__AHEADS];
     psurf_real sink[3];                 /* for positions that are not wanted */
     psurf__lattice lattice[8];
     uint32_t piece[8];                  /* of a split face, or PSURF_NONE */
@@ -5598,6 +5657,14 @@ typedef struct psurf__job {             /* of one psurf_tessellate */
     int welded;
 } psurf__job;
 
+/* The first vertex that a face owns alone: its first; welded, its first inside. */
+static uint64_t psurf__own_vertices(const psurf__job *job, uint32_t face)
+{
+    const psurf_topology *t = job->patches->topology;
+    if (!job->welded) return psurf__face_points_before(t, face, job->rate);
+    return psurf__insides_base(t, job->rate) + psurf__insides_before(t, face, job->rate);
+}
+
 static void psurf__open_group(const psurf__job *job, psurf_kind kind, uint32_t turn, int split,
                               psurf__group *g, psurf__output *o)
 {
@@ -5607,6 +5674,8 @@ static void psurf__open_group(const psurf__job *job, psurf_kind kind, uint32_t t
     g->rate = job->rate;
     g->normals = job->out->n != NULL;
     g->border_only = 0;
+    g->fetched = 0;
+    g->ahead = o->ahead;
     g->apart = split ? PSURF__ALL_APART : job->welded ? PSURF__BORDER_APART : PSURF__NONE_APART;
     g->aim = psurf__aim_line;
     g->put = psurf__put_vertex;
@@ -5623,13 +5692,59 @@ static void psurf__copy_lane(psurf__group *g, psurf__output *o, uint32_t from, u
     o->n[to] = o->n[from];
 }
 
-static void psurf__run_group(psurf__job *job, psurf__group *g, psurf__output *o)
+/* Opens a way ahead through so many places, every step of them from one on. */
+static void psurf__open_ahead(psurf__ahead *a, uint32_t count, ptrdiff_t first, ptrdiff_t step,
+                              ptrdiff_t places, ptrdiff_t stride)
 {
+    uint32_t lane;
+    for (lane = count; lane < 8; lane++) a->to[lane] = a->to[0];
+    a->at = first * stride;
+    a->end = count > 0 ? places * stride : 0;
+    a->step = step * stride;
+}
+
+/* Up to eight facets from one on, as far as their faces are in the range and of one size: most
+   likely the next group. Two pairs of samples ask for what four write. */
+static void psurf__look_ahead(const psurf__job *job, psurf_kind kind, uint32_t facet, uint32_t end,
+                              psurf__output *o)
+{
+    const psurf_topology *t = job->patches->topology;
+    const psurf_tess_out *out = job->out;
+    const ptrdiff_t p_stride = out->p ? (ptrdiff_t)o->p_stride : 0;
+    const ptrdiff_t n_stride = out->n ? (ptrdiff_t)o->n_stride : 0;
+    psurf__ahead *even = &o->ahead[PSURF__AHEAD_EVEN], *odd = &o->ahead[PSURF__AHEAD_ODD];
+    psurf__ahead *patches = &o->ahead[PSURF__AHEAD_PATCHES];
+    uint32_t count = 0, size = 0;
+    ptrdiff_t points = 0;
+    for (; count < 8 && facet < end && t->facets[facet].face < job->end; facet++, count++) {
+        const uint32_t face = t->facets[facet].face;
+        const uint64_t first = psurf__own_vertices(job, face);
+        if (count > 0 && psurf__face_size(t, face) != size) break;
+        size = psurf__face_size(t, face);
+        points = (ptrdiff_t)(psurf__own_vertices(job, face + 1) - first);
+        patches->to[count] = psurf__patch_points(job->patches, kind, facet);
+        if (out->p) even->to[count] = out->p + (first - out->first_vertex) * o->p_stride;
+        if (out->n) odd->to[count] = out->n + (first - out->first_vertex) * o->n_stride;
+    }
+    if (points * (p_stride > n_stride ? p_stride : n_stride) > PSURF__FAR_AHEAD) points = 0;
+    psurf__open_ahead(patches, count, 0, 16, 3 * (ptrdiff_t)psurf__kind_table[kind].points, 1);
+    psurf__open_ahead(even, count, 0, 4, points, p_stride);
+    psurf__open_ahead(odd, count, 0, 4, points, n_stride);
+    if (out->p && out->n == out->p + 3 && p_stride == n_stride) odd->at = 2 * n_stride;
+}
+
+/* next: the first facet that is not in a group yet. */
+static void psurf__run_group(psurf__job *job, psurf__group *g, psurf__output *o, uint32_t next)
+{
+    const uint32_t *kind_first = job->patches->topology->kind_first;
+    const uint32_t end = g->apart == PSURF__ALL_APART ? 0 : kind_first[g->kind + 1];
     uint32_t i;
     if (g->count == 0) return;
     for (i = g->count; i < 8; i++) psurf__copy_lane(g, o, 0, i);
+    psurf__look_ahead(job, g->kind, next, end, o);
     job->kernels->lattice(g);
     g->count = 0;
+    g->fetched = o->ahead[PSURF__AHEAD_EVEN].end > 0 || o->ahead[PSURF__AHEAD_ODD].end > 0;
 }
 
 static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o, uint32_t facet)
@@ -5644,7 +5759,7 @@ static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o,
     if (job->out->p) o->p[lane] = job->out->p + (l->base - job->out->first_vertex) * o->p_stride;
     if (job->out->n) o->n[lane] = job->out->n + (l->base - job->out->first_vertex) * o->n_stride;
     g->points[lane] = psurf__patch_points(job->patches, g->kind, facet);
-    if (g->count == 8) psurf__run_group(job, g, o);
+    if (g->count == 8) psurf__run_group(job, g, o, facet + 1);
 }
 
 /* A split triangle or quad: its lattice runs across its pieces, which lie where they may. */
@@ -5707,12 +5822,12 @@ static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t fi
             continue;
         }
         if (k == 3 && psurf__turn(t, i) != groups[k].turn) {
-            psurf__run_group(job, &groups[k], &outputs[k]);
+            psurf__run_group(job, &groups[k], &outputs[k], i);
             groups[k].turn = psurf__turn(t, i);
         }
         psurf__add_facet(job, &groups[k], &outputs[k], i);
     }
-    for (k = 0; k < 4; k++) psurf__run_group(job, &groups[k], &outputs[k]);
+    for (k = 0; k < 4; k++) psurf__run_group(job, &groups[k], &outputs[k], i);
 }
 
 /* ---- triangles ---- */
@@ -5968,6 +6083,7 @@ static void psurf__put_probe(const psurf__run *r, uint32_t lane, uint32_t k,
 /* Fills the samples of a side from step chunk on, counted from its own first corner. */
 static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk)
 {
+    psurf__ahead ahead[PSURF__AHEADS];
     psurf__group g;
     uint32_t i;
     side->chunk = chunk;
@@ -5977,12 +6093,15 @@ static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk)
     g.turn = psurf__turn(side->patches->topology, side->facet);
     g.normals = g.border_only = 1;
     g.apart = PSURF__ALL_APART;
+    g.fetched = 1;
+    g.ahead = ahead;
     g.aim = NULL;
     g.put = psurf__put_probe;
     g.to = side;
     for (i = 0; i < 8; i++) {
         g.points[i] = psurf__patch_points(side->patches, g.kind, side->facet);
     }
+    for (i = 0; i < PSURF__AHEADS; i++) ahead[i].at = ahead[i].end = 0;
     psurf__best_kernels()->lattice(&g);
 }
 
