@@ -891,7 +891,20 @@ static int psurf__finite3(psurf__v3 a)
 typedef psurf_real psurf__v4 __attribute__((vector_size(16)));
 typedef psurf_real psurf__v4_in_memory __attribute__((vector_size(16), aligned(4), may_alias));
 typedef int64_t psurf__pairs __attribute__((vector_size(16)));
+typedef int32_t psurf__places __attribute__((vector_size(16)));
 typedef int64_t psurf__pair_in_memory __attribute__((aligned(4), may_alias));
+
+/* Four of the lanes of a, 0 to 3, and of b, 4 to 7. */
+#if defined(__clang__)
+#define PSURF__SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
+#else
+static PSURF__INLINE psurf__places psurf__places_of(int i, int j, int k, int l)
+{
+    const psurf__places places = {i, j, k, l};
+    return places;
+}
+#define PSURF__SHUFFLE(a, b, i, j, k, l) __builtin_shuffle(a, b, psurf__places_of(i, j, k, l))
+#endif
 
 static PSURF__INLINE psurf__v4 psurf__get4(const psurf_real *p)
 {
@@ -906,21 +919,26 @@ static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a)
     p[2] = a[2];
 }
 
-/* In one piece, where a fourth real may be read, or will be written afterwards. */
+/* In one piece, where a fourth real may be read. */
 static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p)
 {
     return *(const psurf__v4_in_memory *)p;
 }
 
-static PSURF__INLINE void psurf__put4_over(psurf_real *p, psurf__v4 a)
+/* The same where a real before may be read. */
+static PSURF__INLINE psurf__v4 psurf__get4_after(const psurf_real *p)
 {
-    *(psurf__v4_in_memory *)p = a;
+    const psurf__v4 a = *(const psurf__v4_in_memory *)(p - 1);
+    return PSURF__SHUFFLE(a, a, 1, 2, 3, 3);
 }
 
-static PSURF__INLINE void psurf__copy3(psurf_real *to, const psurf_real *from)
+/* Two points side by side, in two pieces instead of four. */
+static PSURF__INLINE void psurf__put4_pair(psurf_real *p, psurf__v4 a, psurf__v4 b)
 {
-    *(psurf__pair_in_memory *)to = *(const psurf__pair_in_memory *)from;
-    to[2] = from[2];
+    const psurf__v4 middle = PSURF__SHUFFLE(a, b, 2, 2, 4, 4);
+    const psurf__v4 last = PSURF__SHUFFLE(b, b, 1, 2, 1, 2);
+    *(psurf__v4_in_memory *)p = PSURF__SHUFFLE(a, middle, 0, 1, 4, 6);
+    *(psurf__pair_in_memory *)(p + 4) = ((psurf__pairs)last)[0];
 }
 
 static PSURF__INLINE psurf__v4 psurf__add4(psurf__v4 a, psurf__v4 b) { return a + b; }
@@ -934,14 +952,16 @@ typedef psurf__v3 psurf__v4;
 static PSURF__INLINE psurf__v4 psurf__get4(const psurf_real *p) { return psurf__get(p); }
 static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a) { psurf__put(p, a); }
 static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p) { return psurf__get(p); }
-static PSURF__INLINE void psurf__put4_over(psurf_real *p, psurf__v4 a) { psurf__put(p, a); }
 static PSURF__INLINE psurf__v4 psurf__add4(psurf__v4 a, psurf__v4 b) { return psurf__add(a, b); }
 static PSURF__INLINE psurf__v4 psurf__sub4(psurf__v4 a, psurf__v4 b) { return psurf__sub(a, b); }
 static PSURF__INLINE psurf__v4 psurf__mul4(psurf__v4 a, psurf_real s) { return psurf__mul(a, s); }
 
-static PSURF__INLINE void psurf__copy3(psurf_real *to, const psurf_real *from)
+static PSURF__INLINE psurf__v4 psurf__get4_after(const psurf_real *p) { return psurf__get(p); }
+
+static PSURF__INLINE void psurf__put4_pair(psurf_real *p, psurf__v4 a, psurf__v4 b)
 {
-    psurf__put(to, psurf__get(from));
+    psurf__put(p, a);
+    psurf__put(p + 3, b);
 }
 
 #endif
@@ -2474,8 +2494,10 @@ static void psurf__regular_ring(const psurf_patches *patches, const psurf__contr
     psurf_real *out = psurf__tangent(patches, ring->first_spoke);
     psurf__v4 end[5], f[4], v, t1, t2;
     uint32_t j;
+    PSURF__UNROLL
     for (j = 0; j < 4; j++) end[j] = psurf__offset(control, spokes[j].end, p);
     end[4] = end[0];
+    PSURF__UNROLL
     for (j = 0; j < 4; j++)
         f[j] = psurf__face_offset(end[j], end[j + 1], psurf__across(control, &spokes[j], p));
     v = psurf__add4(psurf__add4(psurf__add4(f[0], f[1]), f[2]), f[3]);
@@ -2485,14 +2507,10 @@ static void psurf__regular_ring(const psurf_patches *patches, const psurf__contr
     t1 = psurf__mul4(t1, PSURF__R(0.25));               /* eq. 15 */
     t2 = psurf__mul4(t2, PSURF__R(0.25));
     psurf__put4(limit, v);
-    psurf__put4_over(out + 0, psurf__add4(v, t1));      /* eq. 16 */
-    psurf__put4(out + 3, psurf__add4(p, f[0]));
-    psurf__put4_over(out + 6, psurf__add4(v, t2));
-    psurf__put4(out + 9, psurf__add4(p, f[1]));
-    psurf__put4_over(out + 12, psurf__sub4(v, t1));
-    psurf__put4(out + 15, psurf__add4(p, f[2]));
-    psurf__put4_over(out + 18, psurf__sub4(v, t2));
-    psurf__put4(out + 21, psurf__add4(p, f[3]));
+    psurf__put4_pair(out + 0, psurf__add4(v, t1), psurf__add4(p, f[0]));     /* eq. 16 */
+    psurf__put4_pair(out + 6, psurf__add4(v, t2), psurf__add4(p, f[1]));
+    psurf__put4_pair(out + 12, psurf__sub4(v, t1), psurf__add4(p, f[2]));
+    psurf__put4_pair(out + 18, psurf__sub4(v, t2), psurf__add4(p, f[3]));
 }
 
 /* The end point e_s - p of the crease curve on a sharp spoke. */
@@ -2638,6 +2656,12 @@ static PSURF__INLINE psurf__corner_data psurf__read_corner(const psurf__vertex_d
 
 /* ---- pm: [PM], whose equation numbers are given ---- */
 
+/* Two limit or tangent points: the scratch goes on behind both. */
+static PSURF__INLINE void psurf__copy_pair(psurf_real *to, const psurf_real *a, const psurf_real *b)
+{
+    psurf__put4_pair(to, psurf__get4_over(a), psurf__get4_over(b));
+}
+
 /* Ordinary facet: the vertex data as they are make a bicubic Bezier patch. */
 static PSURF__INLINE void psurf__pm_bicubic(const psurf__vertex_data *data, uint32_t first,
                                             psurf_real *g)
@@ -2647,22 +2671,14 @@ static PSURF__INLINE void psurf__pm_bicubic(const psurf__vertex_data *data, uint
     c[1] = psurf__read_corner(data, first + 1);
     c[2] = psurf__read_corner(data, first + 2);
     c[3] = psurf__read_corner(data, first + 3);
-    psurf__copy3(g + 0, c[0].v);
-    psurf__copy3(g + 3, c[0].t0);
-    psurf__copy3(g + 6, c[1].t1);
-    psurf__copy3(g + 9, c[1].v);
-    psurf__copy3(g + 12, c[0].t1);
-    psurf__copy3(g + 15, c[0].f);
-    psurf__copy3(g + 18, c[1].f);
-    psurf__copy3(g + 21, c[1].t0);
-    psurf__copy3(g + 24, c[3].t0);
-    psurf__copy3(g + 27, c[3].f);
-    psurf__copy3(g + 30, c[2].f);
-    psurf__copy3(g + 33, c[2].t1);
-    psurf__copy3(g + 36, c[3].v);
-    psurf__copy3(g + 39, c[3].t1);
-    psurf__copy3(g + 42, c[2].t0);
-    psurf__copy3(g + 45, c[2].v);
+    psurf__copy_pair(g + 0, c[0].v, c[0].t0);
+    psurf__copy_pair(g + 6, c[1].t1, c[1].v);
+    psurf__put4_pair(g + 12, psurf__get4_over(c[0].t1), psurf__get4_after(c[0].f));
+    psurf__put4_pair(g + 18, psurf__get4_after(c[1].f), psurf__get4_over(c[1].t0));
+    psurf__put4_pair(g + 24, psurf__get4_over(c[3].t0), psurf__get4_after(c[3].f));
+    psurf__put4_pair(g + 30, psurf__get4_after(c[2].f), psurf__get4_over(c[2].t1));
+    psurf__copy_pair(g + 36, c[3].v, c[3].t1);
+    psurf__copy_pair(g + 42, c[2].t0, c[2].v);
 }
 
 /* 3/2 of the blend ratio at the pole on the spoke of a polar facet's corner. */
@@ -2689,19 +2705,13 @@ static void psurf__pm_polar(const psurf__vertex_data *data, const psurf__control
     psurf__v4 h22 = psurf__mul4(psurf__mad4(h02, 2, h32), scale);
     h12 = psurf__mix4(qa, h12, 1 - qa, h02);
     h22 = psurf__mix4(qb, h22, 1 - qb, h32);
-    psurf__copy3(h + 0, a.v);
-    psurf__copy3(h + 3, a.t0);
-    psurf__copy3(h + 6, b.t1);
-    psurf__copy3(h + 9, b.v);
-    psurf__copy3(h + 12, a.t1);
-    psurf__copy3(h + 15, a.f);
-    psurf__copy3(h + 18, b.f);
-    psurf__copy3(h + 21, b.t0);
-    psurf__copy3(h + 24, o.t0);
-    psurf__put4(h + 27, psurf__add4(pole, h12));
-    psurf__put4(h + 30, psurf__add4(pole, h22));
-    psurf__copy3(h + 33, o.t1);
-    psurf__copy3(h + 36, o.v);
+    psurf__copy_pair(h + 0, a.v, a.t0);
+    psurf__copy_pair(h + 6, b.t1, b.v);
+    psurf__put4_pair(h + 12, psurf__get4_over(a.t1), psurf__get4_after(a.f));
+    psurf__put4_pair(h + 18, psurf__get4_after(b.f), psurf__get4_over(b.t0));
+    psurf__put4_pair(h + 24, psurf__get4_over(o.t0), psurf__add4(pole, h12));
+    psurf__put4_pair(h + 30, psurf__add4(pole, h22), psurf__get4_over(o.t1));
+    psurf__put4(h + 36, pole);
 }
 
 /* What eqs. 3 and 20 need of m = 3, 4, 5: mu = 1 - c_m, k1, k2, and the weight w of the centre.
@@ -2738,14 +2748,14 @@ static PSURF__INLINE psurf__pm_corner psurf__pm_read(const psurf__vertex_data *d
                                                      psurf_real mu)
 {
     const psurf_trig row = data->trig[at->ring->trig + 2];
-    const psurf__v4 v = psurf__get4(at->v), f = psurf__get4(at->f);
+    const psurf__v4 v = psurf__get4_over(at->v), f = psurf__get4_after(at->f);
     psurf__pm_corner c;
     c.v = psurf__sub4(v, origin);
     c.t0 = psurf__sub4(psurf__get4_over(at->t0), v);
     c.t1 = psurf__sub4(psurf__get4_over(at->t1), v);
     c.f = psurf__sub4(f, v);
-    c.across0 = psurf__sub4(f, psurf__get4(at->fr));
-    c.across1 = psurf__sub4(f, psurf__get4(at->fl));
+    c.across0 = psurf__sub4(f, psurf__get4_after(at->fr));
+    c.across1 = psurf__sub4(f, psurf__get4_after(at->fl));
     if (at->ring->valence & PSURF_RING_OPEN) psurf__pm_reflect(at, &c);
     c.chi = (1 + row.c) * (PSURF__R(0.25) / mu);
     c.s = row.s;
@@ -2861,12 +2871,11 @@ static PSURF__INLINE void psurf__pm_sectors(const psurf__vertex_data *data, uint
     else psurf__pm_b112_odd(c, centre, b211, b121, m, b112);
     PSURF__UNROLL
     for (i = 0; i < m; i++, out += 3 * PSURF__SECTOR) {
-        psurf__copy3(out + 3 * PSURF__V, at[i].v);
-        psurf__copy3(out + 3 * PSURF__T0, at[i].t0);
-        psurf__copy3(out + 3 * PSURF__T1, at[psurf__following(i, m)].t1);
-        psurf__put4(out + 3 * PSURF__B211, psurf__add4(origin, b211[i]));
-        psurf__put4(out + 3 * PSURF__B121, psurf__add4(origin, b121[i]));
-        psurf__put4(out + 3 * PSURF__B112, psurf__add4(origin, b112[i]));
+        psurf__copy_pair(out + 3 * PSURF__V, at[i].v, at[i].t0);
+        psurf__put4_pair(out + 3 * PSURF__T1, psurf__get4_over(at[psurf__following(i, m)].t1),
+                         psurf__add4(origin, b211[i]));
+        psurf__put4_pair(out + 3 * PSURF__B121, psurf__add4(origin, b121[i]),
+                         psurf__add4(origin, b112[i]));
     }
     psurf__put4(out, psurf__add4(origin, centre));
 }
