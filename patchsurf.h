@@ -146,8 +146,8 @@
    INSTRUCTION SETS. Evaluation works on eight facets or samples at once: with AVX2 or SSE2 on x86
    (the processor is asked at run time; MinGW's gcc and clang-cl have SSE2 alone), NEON on 64-bit
    little-endian ARM with gcc and clang, else in plain C; psurf_simd_name() tells. Vertices of
-   24 bytes, n = p + 3 and both strides 24, are written fastest. Facets smaller than 1e-4 units or
-   larger than 1e4 take a slower path to their normals.
+   24 bytes, n = p + 3 and both strides 24, are written fastest. Facets smaller than 1e-7 units or
+   larger than 1e7 take a slower path to their normals.
 
    DETERMINISM. The same input gives the same bits with gcc and clang at any optimisation level,
    -march=native included, as C or C++, on 32- and 64-bit machines, little- and big-endian, with
@@ -2656,7 +2656,7 @@ static PSURF__INLINE psurf__corner_data psurf__read_corner(const psurf__vertex_d
 
 /* ---- pm: [PM], whose equation numbers are given ---- */
 
-/* Two limit or tangent points: the scratch goes on behind both. */
+/* Two limit or tangent points, behind which the scratch goes on. */
 static PSURF__INLINE void psurf__copy_pair(psurf_real *to, const psurf_real *a, const psurf_real *b)
 {
     psurf__put4_pair(to, psurf__get4_over(a), psurf__get4_over(b));
@@ -2748,7 +2748,7 @@ static PSURF__INLINE psurf__pm_corner psurf__pm_read(const psurf__vertex_data *d
                                                      psurf_real mu)
 {
     const psurf_trig row = data->trig[at->ring->trig + 2];
-    const psurf__v4 v = psurf__get4_over(at->v), f = psurf__get4_after(at->f);
+    const psurf__v4 v = psurf__get4(at->v), f = psurf__get4_after(at->f);
     psurf__pm_corner c;
     c.v = psurf__sub4(v, origin);
     c.t0 = psurf__sub4(psurf__get4_over(at->t0), v);
@@ -3448,11 +3448,12 @@ static psurf__point psurf__line_point(const psurf__run *r, uint32_t k)
     return at;
 }
 
-/* Of normals, in squares of sines and of lengths: du and dv count as parallel, or need scaling. */
+/* Of normals: the sine at which du and dv count as parallel; the square of their cross product
+   below which they need scaling, and the product of their squares above which they do. */
 #define PSURF__PARALLEL (sizeof(psurf_real) == 4 ? PSURF__R(4e-6) : PSURF__R(8e-15))
 #define PSURF__EIGHTH PSURF__R(0.125)
-#define PSURF__SHORT PSURF__R(1e-20)
-#define PSURF__LONG PSURF__R(1e20)
+#define PSURF__SHORT PSURF__R(1e-33)
+#define PSURF__LONG PSURF__R(1e36)
 
 static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
                                psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8]);
@@ -4380,7 +4381,7 @@ static unsigned PSURF__K(unit_cross)(psurf__l3 du, psurf__l3 dv, psurf__l3 *n)
     const psurf__lanes lengths = psurf__l_mul(psurf__l3_dot(du, du), psurf__l3_dot(dv, dv));
     *n = psurf__l3_mul(cross, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
     return ~(psurf__l_greater(q, psurf__l_mul(psurf__l_all(eps * eps), lengths)) &
-             psurf__l_greater(lengths, psurf__l_all(PSURF__SHORT)) &
+             psurf__l_greater(q, psurf__l_all(PSURF__SHORT)) &
              psurf__l_greater(psurf__l_all(PSURF__LONG), lengths)) & 0xFFu;
 }
 
@@ -5119,7 +5120,7 @@ static psurf__v3 psurf__unit_cross(psurf__v3 du, psurf__v3 dv)
     const psurf_real eps = PSURF__PARALLEL;
     psurf__v3 n = psurf__cross(du, dv);
     psurf_real q = psurf__dot(n, n), lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
-    if (!(lengths > PSURF__SHORT && lengths < PSURF__LONG)) {
+    if (!(q > PSURF__SHORT && lengths < PSURF__LONG)) {
         du = psurf__scaled(du);
         dv = psurf__scaled(dv);
         n = psurf__cross(du, dv);
