@@ -7333,6 +7333,7 @@ static void PSURF__K(triangle_line)(const PSURF__K(facets) *f, const psurf__run 
     line->w[0] = PSURF__K(sum)(at.q[0], f->steps[0], 3);
     line->w[1] = PSURF__K(sum)(at.q[1], f->steps[1], 2);
     psurf__l3_put(&line->w[2], f->steps[2][0]);
+    line->w[3] = psurf__l3_zero();
     psurf__l3_put(&line->u[0], p[1]);
     line->u[1] = psurf__l3_mul(p[2], psurf__l_all(2));
     line->u[2] = psurf__l3_mul(p[3], psurf__l_all(3));
@@ -7555,7 +7556,7 @@ static PSURF__INLINE void PSURF__K(blend)(const PSURF__K(blended) *weights, uint
     psurf__l3_put(&s->w, w);
 }
 
-/* The same of triangles: a cubic, and what is blended into it. */
+/* The same of triangles: a cubic, and what is blended into it. They have no shading normals. */
 static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PSURF__K(line) *line,
                                                    const PSURF__K(distances) *x, uint32_t k0,
                                                    uint32_t k1, uint32_t blends, int normals,
@@ -7567,22 +7568,19 @@ static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PS
     uint32_t k, i = 0;
     for (k = k0; k < k1; k++, i = (i + 1) % 8) {
         const psurf__lanes h = psurf__l_all(x->h[k - k0]), hh = psurf__l_all(x->hh[k - k0]);
-        if (blends && i == 0) PSURF__K(weigh)(r, k, &forth, &back);
+        if (i == 0) PSURF__K(weigh)(r, k, &forth, &back);
         PSURF__K(both_sides)(line->p, 3, h, hh, &first.p, &last.p);
         PSURF__K(fetch_ahead)(&r->group->ahead[k & 1 ? PSURF__AHEAD_ODD : PSURF__AHEAD_EVEN]);
         first.u = last.u = first.w = last.w = first.p;
         if (normals) PSURF__K(both_sides)(line->w, 2, h, hh, &first.w, &last.w);
-        if (normals == PSURF__SURFACE)
-            PSURF__K(both_sides)(line->u, 2, h, hh, &first.u, &last.u);
-        if (blends) {
-            PSURF__K(blend)(&forth, i, f->blends, blends, &first);
-            PSURF__K(blend)(&back, i, f->blends, blends, &last);
-        }
+        if (normals) PSURF__K(both_sides)(line->u, 2, h, hh, &first.u, &last.u);
+        PSURF__K(blend)(&forth, i, f->blends, blends, &first);
+        PSURF__K(blend)(&back, i, f->blends, blends, &last);
         if (k == 0) {
             psurf__l3_put(&first.p, *line->ends[0]);
             psurf__l3_put(&last.p, *line->ends[1]);
         } else if (r->edge) {                           /* nothing is blended in on an edge */
-            if (blends) PSURF__K(both_sides)(line->p, 3, h, hh, &first.p, &last.p);
+            PSURF__K(both_sides)(line->p, 3, h, hh, &first.p, &last.p);
         } else {
             first.p = psurf__l3_add(f->origin, first.p);
             last.p = psurf__l3_add(f->origin, last.p);
@@ -7591,11 +7589,9 @@ static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PS
             PSURF__K(put_corners)(r, line, first.p, last.p, cursors);
             continue;
         }
-        PSURF__K(write)(r, line, k, first.p, first.u, first.w, normals, normals == PSURF__SHADING,
-                        &cursors[0]);
+        PSURF__K(write)(r, line, k, first.p, first.u, first.w, normals, 0, &cursors[0]);
         if (2 * k != r->n)
-            PSURF__K(write)(r, line, r->n - k, last.p, last.u, last.w, normals,
-                            normals == PSURF__SHADING, &cursors[1]);
+            PSURF__K(write)(r, line, r->n - k, last.p, last.u, last.w, normals, 0, &cursors[1]);
     }
 }
 
@@ -7603,14 +7599,9 @@ static void PSURF__K(triangle_samples)(const psurf__run *r, const PSURF__K(line)
                                        const PSURF__K(distances) *x, uint32_t k0, uint32_t k1,
                                        psurf__cursor cursors[2])
 {
-    const uint32_t n = psurf__blend_count(r->group->kind);
-    switch ((n ? 3 : 0) + (int)r->group->normals) {
-    case 0: PSURF__K(triangle_pairs)(r, line, x, k0, k1, 0, PSURF__NO_NORMALS, cursors); return;
-    case 1: PSURF__K(triangle_pairs)(r, line, x, k0, k1, 0, PSURF__SURFACE, cursors); return;
-    case 2: PSURF__K(triangle_pairs)(r, line, x, k0, k1, 0, PSURF__SHADING, cursors); return;
-    case 3: PSURF__K(triangle_pairs)(r, line, x, k0, k1, n, PSURF__NO_NORMALS, cursors); return;
-    default: PSURF__K(triangle_pairs)(r, line, x, k0, k1, n, PSURF__SURFACE, cursors);
-    }
+    const uint32_t blends = psurf__blend_count(r->group->kind);
+    if (r->group->normals) PSURF__K(triangle_pairs)(r, line, x, k0, k1, blends, 1, cursors);
+    else PSURF__K(triangle_pairs)(r, line, x, k0, k1, blends, 0, cursors);
 }
 
 /* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample.
@@ -7668,7 +7659,8 @@ static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *lin
                                   uint32_t k1, psurf__cursor cursors[2])
 {
     const psurf_kind kind = r->group->kind;
-    const int which = kind == PSURF_NPATCH ? 12 : psurf__kinds[kind].net ? 13
+    const int blended = psurf__kinds[kind].net && psurf__blend_count(kind) > 0;
+    const int which = kind == PSURF_NPATCH ? 12 : blended ? 13
                     : (r->tensor ? 0 : 6) + (r->edge ? 3 : 0) + (int)r->group->normals;
     PSURF__K(distances) x;
     uint32_t k;
