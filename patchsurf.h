@@ -5021,14 +5021,424 @@ static void PSURF__K(triangle_jet)(psurf_kind kind, const psurf__l3 *local,
     for (n = 0; n < count; n++) PSURF__K(add_blend)(&w[n], x[n], second, jet);
 }
 
+/* ---- smoothed N-patches: curves from an edge to the opposite corner ----
+
+   [N]: P = N + sum of w_e (P_e - N), where N is the cubic of the ten points and P_e sweeps the
+   triangle by PN curves from the edge's curve to the opposite corner. All is taken from the flat
+   triangle of the corners upwards: what is left vanishes at every corner as fast as derivatives of
+   the weights grow there. Each edge, from a to b, has parameters of its own: x is the weight t_b, y
+   that of the opposite corner, t_c; tau = t_b/(t_a+t_b) tells where on the edge's curve. */
+
+/* Bends are points of the cubic less those of the flat triangle; all is relative to corner 0. */
+typedef struct PSURF__K(smoothed) {
+    psurf__l3 bend[10], corner[3], normal[3];
+    psurf__lanes flat[3], turned[3];            /* of edges */
+    psurf__lanes least[3];                      /* squares of slopes below it are no direction */
+    psurf__lanes counts, drawn;                 /* flatness counts; the inside is drawn to N */
+} PSURF__K(smoothed);
+
+/* How an edge contributes: along x and y; then xx, xy, yy. Sums over edges; by t0, t1, t2. */
+typedef struct PSURF__K(edge_lift) { psurf__l3 v, d[2], dd[3]; } PSURF__K(edge_lift);
+typedef struct PSURF__K(lift) {
+    PSURF__K(weight) w;
+    psurf__l3 v, d[3], dd[6];
+} PSURF__K(lift);
+
+/* From points as they are stored. */
+static void PSURF__K(open_smoothed)(const psurf__l3 *stored, PSURF__K(smoothed) *s)
+{
+    const psurf__kind_row *row = &psurf__kinds[PSURF_NPATCH];
+    const psurf__lanes thirds[4] = {psurf__l_all(0), psurf__l_all(PSURF__R(1.0 / 3.0)),
+                                    psurf__l_all(PSURF__R(2.0 / 3.0)), psurf__l_all(1)};
+    uint32_t k, l, at = 0;
+    for (k = 0; k < 3; k++) {
+        s->corner[k] = psurf__l3_sub(stored[row->edge[k][0]], stored[0]);
+        psurf__l3_put(&s->normal[k], stored[row->normal[k]]);
+    }
+    for (l = 0; l < 4; l++)
+        for (k = 0; k + l < 4; k++, at++) {
+            const psurf__l3 flat = psurf__l3_mix(thirds[k], s->corner[1], thirds[l], s->corner[2]);
+            s->bend[at] = psurf__l3_sub(psurf__l3_sub(stored[at], stored[0]), flat);
+        }
+    s->bend[0] = s->bend[3] = s->bend[9] = psurf__l3_zero();
+    for (k = 0; k < 3; k++) {
+        const psurf__l3 chord = psurf__l3_sub(s->corner[psurf__following(k, 3)], s->corner[k]);
+        s->least[k] = psurf__l_add(psurf__l_all(PSURF__R(1e-30)),
+                                   psurf__l_mul(psurf__l_all(PSURF__R(1e-12)),
+                                                psurf__l3_dot(chord, chord)));
+    }
+    s->flat[0] = stored[16].x, s->flat[1] = stored[16].y, s->flat[2] = stored[16].z;
+    s->turned[0] = stored[17].x, s->turned[1] = stored[17].y, s->turned[2] = stored[17].z;
+    s->counts = stored[18].x, s->drawn = stored[18].y;
+}
+
+/* An edge's curve above its chord, from its two bends, and derivatives by tau; rest = 1 - tau. */
+static PSURF__INLINE void PSURF__K(curve)(const psurf__l3 *b0, const psurf__l3 *b1,
+                                          psurf__lanes rest, psurf__lanes tau, int order,
+                                          psurf__l3 c[4])
+{
+    const psurf__lanes rest3 = psurf__l_mul(psurf__l_all(3), rest), six = psurf__l_all(6);
+    const psurf__lanes tau3 = psurf__l_mul(psurf__l_all(3), tau), both = psurf__l_mul(rest3, tau);
+    const psurf__lanes fall = psurf__l_sub(rest, PSURF__K(twice)(tau));
+    const psurf__lanes rise = psurf__l_sub(PSURF__K(twice)(rest), tau);
+    c[0] = psurf__l3_mix(psurf__l_mul(both, rest), *b0, psurf__l_mul(both, tau), *b1);
+    if (order < 1) return;
+    c[1] = psurf__l3_mix(psurf__l_mul(rest3, fall), *b0, psurf__l_mul(tau3, rise), *b1);
+    if (order < 2) return;
+    c[2] = psurf__l3_mul(psurf__l3_sub(psurf__l3_mul(*b1, fall), psurf__l3_mul(*b0, rise)), six);
+    if (order < 3) return;
+    c[3] = psurf__l3_mul(psurf__l3_sub(*b0, *b1), psurf__l_all(18));
+}
+
+/* raw less its part along g, both with derivatives by tau; factor: 1 where that is wanted. */
+static PSURF__INLINE void PSURF__K(turn_away)(const psurf__l3 *g, psurf__lanes factor,
+                                              psurf__lanes least, int order, psurf__l3 raw[3])
+{
+    const psurf__lanes r =
+        psurf__l_div(psurf__l_all(1), psurf__l_max(psurf__l3_dot(g[0], g[0]), least));
+    const psurf__lanes minus = psurf__l_mul(factor, psurf__l_all(-1));
+    psurf__lanes q1, q2, k0, k1, k2;
+    psurf__l3 l1 = raw[0];
+    k0 = psurf__l_mul(psurf__l_mul(psurf__l3_dot(raw[0], g[0]), r), minus);
+    raw[0] = psurf__l3_mad(raw[0], k0, g[0]);
+    if (order < 1) return;
+    q1 = PSURF__K(twice)(psurf__l3_dot(g[0], g[1]));
+    k1 = psurf__l_add(psurf__l3_dot(raw[1], g[0]), psurf__l3_dot(l1, g[1]));
+    k1 = psurf__l_mul(psurf__l_sub(psurf__l_mul(k1, minus), psurf__l_mul(k0, q1)), r);
+    if (order >= 2) {
+        q2 = PSURF__K(twice)(psurf__l_add(psurf__l3_dot(g[1], g[1]), psurf__l3_dot(g[0], g[2])));
+        k2 = psurf__l_add(PSURF__K(twice)(psurf__l3_dot(raw[1], g[1])), psurf__l3_dot(l1, g[2]));
+        k2 = psurf__l_sub(psurf__l_mul(k2, minus), PSURF__K(twice)(psurf__l_mul(k1, q1)));
+        k2 = psurf__l_mul(psurf__l_sub(k2, psurf__l_mul(k0, q2)), r);
+        raw[2] = psurf__l3_mad(psurf__l3_mul(g[0], k2), PSURF__K(twice)(k1), g[1]);
+        raw[2] = psurf__l3_mad(raw[2], k0, g[2]);
+    }
+    raw[1] = psurf__l3_mad(psurf__l3_mad(raw[1], k1, g[0]), k0, g[1]);
+}
+
+/* raw at unit length with its derivatives, in place; where nothing is left of it, instead. */
+static PSURF__INLINE void PSURF__K(make_unit)(psurf__l3 instead, int order, psurf__l3 raw[3])
+{
+    const psurf__lanes q = psurf__l3_dot(raw[0], raw[0]), least = psurf__l_all(PSURF__R(1e-12));
+    const psurf__lanes r = psurf__l_select(
+        q, least, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)), psurf__l_all(0));
+    const psurf__l3 m = psurf__l3_select(q, least, psurf__l3_mul(raw[0], r), instead);
+    psurf__lanes grows, bends;
+    psurf__l3 m1;
+    raw[0] = m;
+    if (order < 1) return;
+    grows = psurf__l3_dot(m, raw[1]);                   /* of the length of raw */
+    m1 = psurf__l3_mul(psurf__l3_sub(raw[1], psurf__l3_mul(m, grows)), r);
+    if (order >= 2) {
+        bends = psurf__l_add(psurf__l3_dot(m, raw[2]), psurf__l3_dot(m1, raw[1]));
+        raw[2] = psurf__l3_sub(raw[2], psurf__l3_mix(PSURF__K(twice)(grows), m1, bends, m));
+        raw[2] = psurf__l3_mul(raw[2], r);
+    }
+    raw[1] = m1;
+}
+
+/* The part of d along the unit normal m, with derivatives by tau; those of d are -g. */
+static PSURF__INLINE void PSURF__K(part_along)(psurf__l3 d, const psurf__l3 *g, const psurf__l3 *m,
+                                               int order, psurf__l3 out[3])
+{
+    const psurf__lanes f0 = psurf__l3_dot(d, m[0]);
+    psurf__lanes f1, f2;
+    out[0] = psurf__l3_mul(m[0], f0);
+    if (order < 1) return;
+    f1 = psurf__l_sub(psurf__l3_dot(d, m[1]), psurf__l3_dot(g[0], m[0]));
+    out[1] = psurf__l3_mix(f1, m[0], f0, m[1]);
+    if (order < 2) return;
+    f2 = psurf__l_sub(psurf__l3_dot(d, m[2]), PSURF__K(twice)(psurf__l3_dot(g[0], m[1])));
+    f2 = psurf__l_sub(f2, psurf__l3_dot(g[1], m[0]));
+    out[2] = psurf__l3_mad(psurf__l3_mix(f2, m[0], f0, m[2]), PSURF__K(twice)(f1), m[1]);
+}
+
+/* What is swept along an edge, by tau: the curve C above its chord; and with d, the way from the
+   curve to the opposite corner, (d.m) m of the normal m along the edge and (d.n) n of that at the
+   corner. turn: in some lanes m is turned to be orthogonal to the curve. */
+typedef struct PSURF__K(swept) { psurf__l3 c[4], m[3], n[3]; } PSURF__K(swept);
+
+static PSURF__INLINE void PSURF__K(sweep)(const PSURF__K(smoothed) *p, uint32_t e,
+                                          psurf__lanes rest, psurf__lanes tau, int turn, int order,
+                                          PSURF__K(swept) *out)
+{
+    const unsigned char *places = psurf__kinds[PSURF_NPATCH].edge[e];
+    const uint32_t b = psurf__following(e, 3), o = psurf__preceding(e, 3);
+    const psurf__l3 n = p->normal[o];
+    psurf__l3 g[3], m[3], d;
+    PSURF__K(curve)(&p->bend[places[1]], &p->bend[places[2]], rest, tau, order + turn, out->c);
+    d = psurf__l3_mix(rest, p->corner[e], tau, p->corner[b]);
+    d = psurf__l3_sub(p->corner[o], psurf__l3_add(d, out->c[0]));
+    g[0] = g[1] = g[2] = m[2] = psurf__l3_zero();
+    if (order + turn >= 1)
+        g[0] = psurf__l3_add(psurf__l3_sub(p->corner[b], p->corner[e]), out->c[1]);
+    if (order + turn >= 2) g[1] = out->c[2];
+    if (order + turn >= 3) g[2] = out->c[3];
+    m[0] = psurf__l3_mix(rest, p->normal[e], tau, p->normal[b]);
+    m[1] = psurf__l3_sub(p->normal[b], p->normal[e]);
+    if (turn) PSURF__K(turn_away)(g, p->turned[e], p->least[e], order, m);
+    PSURF__K(make_unit)(p->normal[e], order, m);
+    PSURF__K(part_along)(d, g, m, order, out->m);
+    out->n[0] = psurf__l3_mul(n, psurf__l3_dot(d, n));
+    if (order >= 1)
+        out->n[1] = psurf__l3_sub(psurf__l3_zero(), psurf__l3_mul(n, psurf__l3_dot(g[0], n)));
+    if (order >= 2)
+        out->n[2] = psurf__l3_sub(psurf__l3_zero(), psurf__l3_mul(n, psurf__l3_dot(g[1], n)));
+}
+
+/* P_e above the flat triangle, [N] 1.1.7 and 1.1.5: s C - s^2 t (d.m) m + s t^2 (d.n) n, where
+   s = t_a + t_b and t = t_c. With tau_x = 1/s and tau_y = tau/s most divisions by s cancel. */
+static PSURF__INLINE void PSURF__K(edge_patch)(const PSURF__K(smoothed) *p, uint32_t e,
+                                               const psurf__lanes w[3], int turn, int order,
+                                               PSURF__K(edge_lift) *out)
+{
+    const psurf__lanes a = w[e], b = w[psurf__following(e, 3)], t = w[psurf__preceding(e, 3)];
+    const psurf__lanes s = psurf__l_add(a, b), r = PSURF__K(inverse)(s);
+    const psurf__lanes tau = psurf__l_mul(b, r), st = psurf__l_mul(s, t);
+    const psurf__lanes s2 = PSURF__K(twice)(s), t2 = PSURF__K(twice)(t);
+    const psurf__lanes tt = psurf__l_mul(t, t), st2 = PSURF__K(twice)(st);
+    PSURF__K(swept) f;
+    psurf__l3 cross;
+    PSURF__K(sweep)(p, e, psurf__l_mul(a, r), tau, turn, order, &f);
+    out->v = psurf__l3_mix(s, f.c[0], psurf__l_mul(st, t), f.n[0]);
+    out->v = psurf__l3_sub(out->v, psurf__l3_mul(f.m[0], psurf__l_mul(st, s)));
+    if (order < 1) return;
+    out->d[0] = psurf__l3_mad(psurf__l3_sub(f.c[1], psurf__l3_mul(f.m[1], st)), tt, f.n[1]);
+    out->d[1] = psurf__l3_mix(psurf__l_sub(st2, psurf__l_mul(s, s)), f.m[0],
+                              psurf__l_sub(st2, tt), f.n[0]);
+    out->d[1] = psurf__l3_add(psurf__l3_sub(out->d[1], f.c[0]), psurf__l3_mul(out->d[0], tau));
+    if (order < 2) return;
+    out->dd[0] = psurf__l3_mad(psurf__l3_sub(f.c[2], psurf__l3_mul(f.m[2], st)), tt, f.n[2]);
+    out->dd[0] = psurf__l3_mul(out->dd[0], r);
+    cross = psurf__l3_mix(psurf__l_sub(t, s), f.m[1], t2, f.n[1]);
+    out->dd[1] = psurf__l3_mad(cross, tau, out->dd[0]);
+    out->dd[2] = psurf__l3_mix(psurf__l_sub(s2, t), f.m[0], psurf__l_sub(s, t2), f.n[0]);
+    cross = psurf__l3_add(psurf__l3_mul(cross, tau), out->dd[2]);
+    out->dd[2] = psurf__l3_mad(psurf__l3_mul(cross, psurf__l_all(2)), psurf__l_mul(tau, tau),
+                               out->dd[0]);
+}
+
+/* [N] 1.1.6: g = t_a t_b/(t0 t1 + t1 t2 + t2 t0), r = 1 over that sum. */
+static PSURF__INLINE void PSURF__K(edge_share)(psurf__lanes a, psurf__lanes b, psurf__lanes c,
+                                               psurf__lanes r, int order, PSURF__K(form) *g)
+{
+    const psurf__lanes ar = psurf__l_mul(a, r), br = psurf__l_mul(b, r), cr = psurf__l_mul(c, r);
+    const psurf__lanes s = psurf__l_add(a, b), sr = psurf__l_add(ar, br), ab = psurf__l_mul(ar, br);
+    const psurf__lanes aa = psurf__l_mul(ar, ar), bb = psurf__l_mul(br, br);
+    psurf__lanes by_aa, by_ab, by_ac, by_bc, by_cc;
+    g->v = psurf__l_mul(a, br);
+    if (order < 1) return;
+    g->d[0] = psurf__l_mul(c, psurf__l_mul(psurf__l_sub(ar, br), sr));
+    g->d[1] = psurf__l_mul(psurf__l_add(psurf__l_mul(ab, s), psurf__l_mul(c, bb)),
+                           psurf__l_all(-1));
+    if (order < 2) return;
+    by_aa = psurf__l_mul(psurf__l_mul(psurf__l_mul(bb, psurf__l_add(b, c)), cr), psurf__l_all(-2));
+    by_ab = psurf__l_mul(PSURF__K(twice)(psurf__l_mul(ab, c)), cr);
+    by_ac = psurf__l_mul(bb, psurf__l_sub(psurf__l_mul(ar, b), psurf__l_mul(cr, s)));
+    by_bc = psurf__l_mul(aa, psurf__l_sub(psurf__l_mul(br, a), psurf__l_mul(cr, s)));
+    by_cc = psurf__l_mul(PSURF__K(twice)(psurf__l_mul(ab, sr)), s);
+    g->dd[0] = psurf__l_add(psurf__l_mul(aa, a), psurf__l_mul(bb, b));
+    g->dd[0] = psurf__l_add(g->dd[0], psurf__l_mul(c, psurf__l_mul(sr, sr)));
+    g->dd[0] = psurf__l_mul(psurf__l_mul(g->dd[0], cr), psurf__l_all(-2));
+    g->dd[1] = psurf__l_add(psurf__l_sub(by_bc, by_ab), psurf__l_sub(by_aa, by_ac));
+    g->dd[2] = psurf__l_add(psurf__l_sub(by_cc, by_ac), psurf__l_sub(by_aa, by_ac));
+}
+
+/* How far an edge is from being flat: 1 - bf, [N] 1.1.10; bl: how far inside. */
+static PSURF__INLINE psurf__lanes PSURF__K(openness)(const PSURF__K(smoothed) *p, uint32_t e,
+                                                     psurf__lanes bl)
+{
+    const psurf__lanes one = psurf__l_all(1), full = psurf__l_add(p->flat[e], bl);
+    return PSURF__K(rest)(psurf__l_mul(p->counts, psurf__l_select(one, full, full, one)));
+}
+
+/* The weight of P_e: g (1 - bf) (1 - drawn bl), bl = 27 t0 t1 t2. r as edge_share has it. */
+static PSURF__INLINE void PSURF__K(edge_form)(const PSURF__K(smoothed) *p, uint32_t e,
+                                              const psurf__lanes t[3], psurf__lanes r,
+                                              psurf__lanes bl, psurf__lanes open, int order,
+                                              PSURF__K(form) *w)
+{
+    const psurf__lanes a = t[e], b = t[psurf__following(e, 3)], c = t[psurf__preceding(e, 3)];
+    const psurf__lanes left = PSURF__K(rest)(psurf__l_mul(p->drawn, bl)), zero = psurf__l_all(0);
+    const psurf__lanes k = psurf__l_mul(open, left), full = psurf__l_all(27);
+    psurf__lanes slope, k1, k2, x, y, gk1, gk2, xx, yy;
+    PSURF__K(form) g;
+    PSURF__K(edge_share)(a, b, c, r, order, &g);
+    w->v = psurf__l_mul(g.v, k);
+    if (order < 1) return;
+    slope = psurf__l_select(open, zero, p->counts, zero);
+    k1 = psurf__l_add(psurf__l_mul(slope, left), psurf__l_mul(p->drawn, open));
+    k1 = psurf__l_mul(k1, psurf__l_all(-1));            /* k by bl */
+    x = psurf__l_mul(psurf__l_mul(full, c), psurf__l_sub(a, b));        /* bl by x and y */
+    y = psurf__l_mul(psurf__l_mul(full, b), psurf__l_sub(a, c));
+    gk1 = psurf__l_mul(g.v, k1);
+    w->d[0] = psurf__l_add(psurf__l_mul(g.d[0], k), psurf__l_mul(gk1, x));
+    w->d[1] = psurf__l_add(psurf__l_mul(g.d[1], k), psurf__l_mul(gk1, y));
+    if (order < 2) return;
+    k2 = psurf__l_mul(PSURF__K(twice)(slope), p->drawn);
+    gk2 = psurf__l_mul(g.v, k2);
+    xx = psurf__l_sub(psurf__l_mul(gk2, psurf__l_mul(x, x)),
+                      psurf__l_mul(psurf__l_mul(gk1, psurf__l_all(54)), c));
+    yy = psurf__l_sub(psurf__l_mul(gk2, psurf__l_mul(y, y)),
+                      psurf__l_mul(psurf__l_mul(gk1, psurf__l_all(54)), b));
+    w->dd[0] = psurf__l_add(xx, psurf__l_mul(PSURF__K(twice)(k1), psurf__l_mul(g.d[0], x)));
+    w->dd[2] = psurf__l_add(yy, psurf__l_mul(PSURF__K(twice)(k1), psurf__l_mul(g.d[1], y)));
+    w->dd[1] = psurf__l_mul(gk1, psurf__l_mul(full, psurf__l_sub(psurf__l_sub(a, b), c)));
+    w->dd[1] = psurf__l_add(w->dd[1], psurf__l_mul(gk2, psurf__l_mul(x, y)));
+    w->dd[1] = psurf__l_add(w->dd[1], psurf__l_mul(k1, psurf__l_add(psurf__l_mul(g.d[0], y),
+                                                                    psurf__l_mul(g.d[1], x))));
+    w->dd[0] = psurf__l_add(w->dd[0], psurf__l_mul(g.dd[0], k));
+    w->dd[1] = psurf__l_add(w->dd[1], psurf__l_mul(g.dd[1], k));
+    w->dd[2] = psurf__l_add(w->dd[2], psurf__l_mul(g.dd[2], k));
+}
+
+/* Adds w and w times x. Derivatives along an edge's x and y are as if those by t_a were 0: only
+   their differences count. */
+static PSURF__INLINE void PSURF__K(add_lift)(const PSURF__K(form) *w, const PSURF__K(edge_lift) *x,
+                                             uint32_t e, int order, PSURF__K(lift) *sum)
+{
+    const uint32_t at[2] = {psurf__following(e, 3), psurf__preceding(e, 3)};
+    uint32_t i, j, k;
+    sum->w.v = psurf__l_add(sum->w.v, w->v);
+    sum->v = psurf__l3_mad(sum->v, w->v, x->v);
+    for (i = 0; i < 2 && order >= 1; i++) {
+        const psurf__l3 d = psurf__l3_mix(w->d[i], x->v, w->v, x->d[i]);
+        sum->w.d[at[i]] = psurf__l_add(sum->w.d[at[i]], w->d[i]);
+        sum->d[at[i]] = psurf__l3_add(sum->d[at[i]], d);
+    }
+    for (k = 0; k < 3 && order >= 2; k++) {
+        i = k == 2, j = k > 0;                          /* xx, xy, yy */
+        {
+            const uint32_t to = psurf__second[at[i]][at[j]];
+            const psurf__l3 ends = psurf__l3_mix(w->dd[k], x->v, w->v, x->dd[k]);
+            const psurf__l3 mixed = psurf__l3_mix(w->d[i], x->d[j], w->d[j], x->d[i]);
+            sum->w.dd[to] = psurf__l_add(sum->w.dd[to], w->dd[k]);
+            sum->dd[to] = psurf__l3_add(sum->dd[to], psurf__l3_add(ends, mixed));
+        }
+    }
+}
+
+static PSURF__INLINE void PSURF__K(clear_lift)(int order, PSURF__K(lift) *sum)
+{
+    uint32_t i;
+    sum->w.v = psurf__l_all(0);
+    sum->v = psurf__l3_zero();
+    for (i = 0; i < 3 && order >= 1; i++) {
+        sum->w.d[i] = psurf__l_all(0);
+        sum->d[i] = psurf__l3_zero();
+    }
+    for (i = 0; i < 6 && order >= 2; i++) {
+        sum->w.dd[i] = psurf__l_all(0);
+        sum->dd[i] = psurf__l3_zero();
+    }
+}
+
+/* Lanes whose edge is flat here get nothing, whatever it would be: so an edge that is flat in all
+   of them can be passed over, and no lane shows what the others are. */
+static PSURF__INLINE void PSURF__K(keep_open)(psurf__lanes open, int order,
+                                              PSURF__K(edge_lift) *x)
+{
+    const psurf__lanes none = psurf__l_all(0);
+    const psurf__l3 zero = psurf__l3_zero();
+    uint32_t i;
+    x->v = psurf__l3_select(open, none, x->v, zero);
+    for (i = 0; i < 2 && order >= 1; i++) x->d[i] = psurf__l3_select(open, none, x->d[i], zero);
+    for (i = 0; i < 3 && order >= 2; i++) x->dd[i] = psurf__l3_select(open, none, x->dd[i], zero);
+}
+
+/* Sum of the weights w_e, and of w_e times what P_e is above the flat triangle. */
+static PSURF__INLINE void PSURF__K(sum_edges)(const PSURF__K(smoothed) *p, const psurf__lanes t[3],
+                                              int order, PSURF__K(lift) *sum)
+{
+    const psurf__lanes t01 = psurf__l_mul(t[0], t[1]), zero = psurf__l_all(0);
+    const psurf__lanes t12 = psurf__l_mul(t[1], t[2]), t20 = psurf__l_mul(t[2], t[0]);
+    const psurf__lanes r = PSURF__K(inverse)(psurf__l_add(psurf__l_add(t01, t12), t20));
+    const psurf__lanes bl = psurf__l_mul(psurf__l_all(27), psurf__l_mul(t01, t[2]));
+    uint32_t e;
+    PSURF__K(clear_lift)(order, sum);
+    for (e = 0; e < 3; e++) {
+        const psurf__lanes open = PSURF__K(openness)(p, e, bl);
+        PSURF__K(edge_lift) x;
+        PSURF__K(form) w;
+        if (!psurf__l_greater(open, zero)) continue;
+        if (psurf__l_greater(p->turned[e], zero)) PSURF__K(edge_patch)(p, e, t, 1, order, &x);
+        else PSURF__K(edge_patch)(p, e, t, 0, order, &x);
+        PSURF__K(keep_open)(open, order, &x);
+        PSURF__K(edge_form)(p, e, t, r, bl, open, order, &w);
+        PSURF__K(add_lift)(&w, &x, e, order, sum);
+    }
+}
+
+/* f (1 - w) + sum, where f is the cubic above the flat triangle, which is added: in place. */
+static PSURF__INLINE void PSURF__K(finish_lift)(const PSURF__K(smoothed) *p,
+                                                const psurf__lanes t[3], int order,
+                                                const PSURF__K(lift) *sum, PSURF__K(jet) *f)
+{
+    const PSURF__K(weight) *w = &sum->w;
+    const psurf__l3 *dd = sum->dd, v = f->p;
+    const psurf__lanes rest = PSURF__K(rest)(w->v), two = psurf__l_all(2);
+    psurf__l3 change[3];
+    psurf__lanes u1, v1;
+    f->p = psurf__l3_add(psurf__l3_mul(v, rest), sum->v);
+    f->p = psurf__l3_add(psurf__l3_mix(t[1], p->corner[1], t[2], p->corner[2]), f->p);
+    if (order < 1) return;
+    u1 = psurf__l_sub(w->d[0], w->d[1]);                /* of 1 - w */
+    v1 = psurf__l_sub(w->d[0], w->d[2]);
+    if (order >= 2) {
+        change[0] = psurf__l3_mul(psurf__l3_mul(f->du, u1), two);
+        change[1] = psurf__l3_mix(u1, f->dv, v1, f->du);
+        change[2] = psurf__l3_mul(psurf__l3_mul(f->dv, v1), two);
+        f->duu = psurf__l3_add(psurf__l3_mul(f->duu, rest), change[0]);
+        f->duv = psurf__l3_add(psurf__l3_mul(f->duv, rest), change[1]);
+        f->dvv = psurf__l3_add(psurf__l3_mul(f->dvv, rest), change[2]);
+        change[0] = psurf__l3_add(psurf__l3_sub(dd[0], dd[1]), psurf__l3_sub(dd[3], dd[1]));
+        change[1] = psurf__l3_add(psurf__l3_sub(dd[0], dd[1]), psurf__l3_sub(dd[4], dd[2]));
+        change[2] = psurf__l3_add(psurf__l3_sub(dd[0], dd[2]), psurf__l3_sub(dd[5], dd[2]));
+        change[0] = psurf__l3_sub(change[0], psurf__l3_mul(v, PSURF__K(along_uu)(w->dd)));
+        change[1] = psurf__l3_sub(change[1], psurf__l3_mul(v, PSURF__K(along_uv)(w->dd)));
+        change[2] = psurf__l3_sub(change[2], psurf__l3_mul(v, PSURF__K(along_vv)(w->dd)));
+        f->duu = psurf__l3_add(f->duu, change[0]);
+        f->duv = psurf__l3_add(f->duv, change[1]);
+        f->dvv = psurf__l3_add(f->dvv, change[2]);
+    }
+    f->du = psurf__l3_add(psurf__l3_mix(rest, f->du, u1, v), psurf__l3_sub(sum->d[1], sum->d[0]));
+    f->dv = psurf__l3_add(psurf__l3_mix(rest, f->dv, v1, v), psurf__l3_sub(sum->d[2], sum->d[0]));
+    f->du = psurf__l3_add(f->du, p->corner[1]);
+    f->dv = psurf__l3_add(f->dv, p->corner[2]);
+}
+
+/* An N-patch with derivatives up to an order that is known when this is compiled; p is relative to
+   corner 0. Where all edges count as flat it is the cubic N, to the bit. */
+static PSURF__INLINE void PSURF__K(npatch)(const PSURF__K(smoothed) *p, const psurf__lanes t[3],
+                                           int order, PSURF__K(jet) *jet)
+{
+    PSURF__K(lift) sum;
+    PSURF__K(sum_edges)(p, t, order, &sum);
+    PSURF__K(net_jet)(p->bend, t, order, jet);
+    PSURF__K(finish_lift)(p, t, order, &sum, jet);
+}
+
+static void PSURF__K(npatch_jet)(const psurf__l3 *stored, const psurf__lanes t[3], int second,
+                                 PSURF__K(jet) *jet)
+{
+    PSURF__K(smoothed) open;
+    PSURF__K(open_smoothed)(stored, &open);
+    if (second) PSURF__K(npatch)(&open, t, 2, jet);
+    else PSURF__K(npatch)(&open, t, 1, jet);
+}
+
 static void PSURF__K(point_normal_jet)(const psurf__batch *b, const psurf__lanes *t, int second,
                                        PSURF__K(jet) *jet)
 {
     psurf__l3 points[PSURF__MAX_POINTS], origin;
     PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, points);
     psurf__l3_put(&origin, points[0]);
-    PSURF__K(localise)(b->kind, points, points);
-    PSURF__K(triangle_jet)(b->kind, points, t, second, jet);
+    if (b->kind == PSURF_NPATCH) {
+        PSURF__K(npatch_jet)(points, t, second, jet);
+    } else {
+        PSURF__K(localise)(b->kind, points, points);
+        PSURF__K(triangle_jet)(b->kind, points, t, second, jet);
+    }
     jet->p = psurf__l3_add(jet->p, origin);
 }
 
@@ -5157,14 +5567,41 @@ static unsigned PSURF__K(jets)(const psurf__batch *b, int second, psurf__jet jet
     return unsure;
 }
 
+/* How far an N-patch leaves the hull of its ten points. It is a mean of N, which does not, and of
+   the P_e, with weights up to g_e (1 - bf). A P_e lies on a PN curve from a point of its edge to
+   the opposite corner: on the line between the two, which does not, and away from it by
+   s^2 t (d.m) m and s t^2 (d.n) n, together at most s t |d|, a quarter of the way. */
+static psurf__lanes PSURF__K(npatch_reach)(const psurf__l3 *stored)
+{
+    const psurf__kind_row *row = &psurf__kinds[PSURF_NPATCH];
+    psurf__lanes reach = psurf__l_all(0), far_off, open;
+    PSURF__K(smoothed) p;
+    uint32_t e, k;
+    PSURF__K(open_smoothed)(stored, &p);
+    for (e = 0; e < 3; e++) {
+        const unsigned char *places = row->edge[e];
+        const uint32_t opposite = row->edge[psurf__preceding(e, 3)][0];
+        far_off = psurf__l_all(0);
+        for (k = 0; k < 4; k++) {
+            const psurf__l3 d = psurf__l3_sub(stored[places[k]], stored[opposite]);
+            far_off = psurf__l_max(far_off, psurf__l3_dot(d, d));
+        }
+        open = PSURF__K(openness)(&p, e, psurf__l_all(0));
+        far_off = psurf__l_mul(psurf__l_sqrt(far_off), psurf__l_all(PSURF__R(0.25)));
+        reach = psurf__l_max(reach, psurf__l_mul(far_off, open));
+    }
+    return reach;
+}
+
 /* The box of the points round each lane's spot: of all but normals and the like, or of a sector's
    net. It holds the patch, as every point of it is a sum of them with weights that are not negative
    and sum to 1: Bernstein polynomials; B1 and B2, which share the weight of b111 between the inner
-   points, [GB] (10) and (1); and the weights of two points at a time that a key is mixed of. */
+   points, [GB] (10) and (1); and the weights of two points at a time that a key is mixed of.
+   N-patches reach beyond it. */
 static void PSURF__K(hull)(const psurf__batch *b, psurf_real low[3][8], psurf_real high[3][8])
 {
     const uint32_t control = psurf__kinds[b->kind].control, count = control ? control : 15;
-    psurf_real p[3][8];
+    psurf_real p[3][8], reach[8];
     psurf__l3 net[PSURF__MAX_POINTS], origin = psurf__l3_zero();
     uint32_t i, j, k;
     if (control) PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, net);
@@ -5177,6 +5614,13 @@ static void PSURF__K(hull)(const psurf__batch *b, psurf_real low[3][8], psurf_re
                 if (j == 0 || p[k][i] > high[k][i]) high[k][i] = p[k][i];
             }
     }
+    if (b->kind != PSURF_NPATCH) return;
+    psurf__l_store(reach, PSURF__K(npatch_reach)(net));
+    for (k = 0; k < 3; k++)
+        for (i = 0; i < 8; i++) {
+            low[k][i] -= reach[i];
+            high[k][i] += reach[i];
+        }
 }
 
 /* ---- lattices: eight patches of one kind, the same samples of each ----
