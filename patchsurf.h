@@ -4470,7 +4470,8 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
    corner i+1, centre. */
 
 enum {
-    PSURF__MAX_SECTORS = 5, PSURF__MAX_POINTS = 31, PSURF__MAX_NET = 16, PSURF__MAX_BLENDS = 12
+    PSURF__MAX_SECTORS = 5, PSURF__MAX_POINTS = 31, PSURF__MAX_NET = 16,
+    PSURF__MAX_TRIANGLE = 25, PSURF__MAX_BLENDS = 12    /* of point-normal triangles */
 };
 
 typedef struct psurf__spot {
@@ -6136,74 +6137,71 @@ static void PSURF__K(edge_weight)(const PSURF__K(weight) *q, uint32_t i, uint32_
     w->dd[psurf__second[k][k]] = psurf__l_mul(qq[psurf__second[k][k]], f6);
 }
 
-/* Of the inner points of three edges, at their start and end: B1 or B2. */
-static void PSURF__K(inner_weights)(const psurf__lanes t[3], int b2, int second,
-                                    PSURF__K(weight) w[6])
+/* Of an edge's inner points, n = 2 e at its start, 2 e + 1 at its end: B1 or B2. q: see share. */
+static void PSURF__K(inner_weight)(const psurf__lanes t[3], const PSURF__K(weight) *q, uint32_t n,
+                                   int b2, int second, PSURF__K(weight) *w)
 {
-    PSURF__K(weight) q;
+    const uint32_t e = n / 2, b = psurf__following(e, 3);
+    const uint32_t i = n & 1 ? b : e, j = n & 1 ? e : b, k = 3 - i - j;     /* nearer corner: i */
     PSURF__K(form) f;
-    uint32_t e, i, j, k, end;
-    if (b2) PSURF__K(share)(t, second, &q);
-    for (e = 0; e < 6; e++) {
-        end = e & 1;                                    /* the nearer corner i, the other one j */
-        i = end ? psurf__following(e / 2, 3) : e / 2;
-        j = end ? e / 2 : psurf__following(i, 3);
-        k = 3 - i - j;
-        if (b2) {
-            PSURF__K(b2_form)(t[i], t[j], second, &f);
-            PSURF__K(edge_weight)(&q, i, j, k, &f, second, &w[e]);
-        } else {
-            PSURF__K(b1_form)(t[j], t[k], second, &f);
-            PSURF__K(corner_weight)(6, t, i, j, k, &f, second, &w[e]);
-        }
+    if (b2) {
+        PSURF__K(b2_form)(t[i], t[j], second, &f);
+        PSURF__K(edge_weight)(q, i, j, k, &f, second, w);
+    } else {
+        PSURF__K(b1_form)(t[j], t[k], second, &f);
+        PSURF__K(corner_weight)(6, t, i, j, k, &f, second, w);
     }
 }
 
-/* Of the six keys' other points, in the order b210 b120 b201 b021 b102 b012. */
-static void PSURF__K(png1_weights)(const psurf__lanes t[3], int second, PSURF__K(weight) w[6])
+/* Of the six keys' other points, n in the order b210 b120 b201 b021 b102 b012. */
+static void PSURF__K(png1_weight)(const psurf__lanes t[3], uint32_t n, int second,
+                                  PSURF__K(weight) *w)
 {
     static const unsigned char key[6][2] = {{0, 1}, {1, 0}, {0, 2}, {1, 2}, {2, 0}, {2, 1}};
+    const uint32_t i = key[n][0], j = key[n][1], k = 3 - i - j;
     PSURF__K(form) f;
-    uint32_t n;
-    for (n = 0; n < 6; n++) {
-        const uint32_t i = key[n][0], j = key[n][1], k = 3 - i - j;
-        PSURF__K(png1_form)(t[j], t[k], second, &f);
-        PSURF__K(corner_weight)(3, t, i, j, k, &f, second, &w[n]);
+    PSURF__K(png1_form)(t[j], t[k], second, &f);
+    PSURF__K(corner_weight)(3, t, i, j, k, &f, second, w);
+}
+
+/* Of the other edge's points: n = 2 i for the key from corner i towards the next, 2 i + 1 towards
+   the preceding one; and 6 + e for an edge's b111, which [GB] (1) blends. */
+static void PSURF__K(hybrid_weight)(const psurf__lanes t[3], const PSURF__K(weight) *q, uint32_t n,
+                                    int second, PSURF__K(weight) *w)
+{
+    const uint32_t i = n < 6 ? n / 2 : n - 6, next = psurf__following(i, 3);
+    const uint32_t last = psurf__preceding(i, 3), j = n < 6 && n & 1 ? last : next, k = 3 - i - j;
+    PSURF__K(form) f;
+    if (n < 6) {
+        PSURF__K(hybrid_form)(t[j], t[k], second, &f);
+        PSURF__K(corner_weight)(3, t, i, j, k, &f, second, w);
+    } else {
+        PSURF__K(product_form)(t[i], t[j], second, &f);
+        PSURF__K(edge_weight)(q, i, j, k, &f, second, w);
     }
 }
 
-/* Of the other edge's points: per corner k the key towards the next, then that towards the
-   preceding one; and of the three inner points, whose b111 are blended as [GB] (1) has it. */
-static void PSURF__K(hybrid_weights)(const psurf__lanes t[3], int second, PSURF__K(weight) w[9])
+/* The weight of blend n of a kind; second derivatives if asked for. q: see share. */
+static void PSURF__K(blend_weight)(psurf_kind kind, const psurf__lanes t[3],
+                                   const PSURF__K(weight) *q, uint32_t n, int second,
+                                   PSURF__K(weight) *w)
+{
+    if (kind == PSURF_HYBRID_TRI) PSURF__K(hybrid_weight)(t, q, n, second, w);
+    else if (kind != PSURF_PNG1_TRI)
+        PSURF__K(inner_weight)(t, q, n, kind == PSURF_RIBBON_B2, second, w);
+    else if (n < 6) PSURF__K(png1_weight)(t, n, second, w);
+    else PSURF__K(inner_weight)(t, q, n - 6, 1, second, w);
+}
+
+/* The weights of all blends. */
+static PSURF__INLINE void PSURF__K(blend_weights)(psurf_kind kind, const psurf__lanes t[3],
+                                                  int second, PSURF__K(weight) *w)
 {
     PSURF__K(weight) q;
-    PSURF__K(form) f;
-    uint32_t i, next, last;
+    uint32_t n;
     PSURF__K(share)(t, second, &q);
-    for (i = 0; i < 3; i++) {
-        next = psurf__following(i, 3);
-        last = psurf__preceding(i, 3);
-        PSURF__K(hybrid_form)(t[next], t[last], second, &f);
-        PSURF__K(corner_weight)(3, t, i, next, last, &f, second, &w[2 * i]);
-        PSURF__K(hybrid_form)(t[last], t[next], second, &f);
-        PSURF__K(corner_weight)(3, t, i, last, next, &f, second, &w[2 * i + 1]);
-        PSURF__K(product_form)(t[i], t[next], second, &f);
-        PSURF__K(edge_weight)(&q, i, next, last, &f, second, &w[6 + i]);
-    }
-}
-
-/* The weights of all blends of a kind; second derivatives if asked for. */
-static void PSURF__K(blend_weights)(psurf_kind kind, const psurf__lanes t[3], int second,
-                                    PSURF__K(weight) *w)
-{
-    if (kind == PSURF_HYBRID_TRI) {
-        PSURF__K(hybrid_weights)(t, second, w);
-    } else if (kind == PSURF_PNG1_TRI) {
-        PSURF__K(png1_weights)(t, second, w);
-        PSURF__K(inner_weights)(t, 1, second, w + 6);
-    } else {
-        PSURF__K(inner_weights)(t, kind == PSURF_RIBBON_B2, second, w);
-    }
+    for (n = 0; n < psurf__blend_count(kind); n++)
+        PSURF__K(blend_weight)(kind, t, &q, n, second, &w[n]);
 }
 
 /* Stored points with positions relative to the first; normals and the like stay what they are. */
@@ -6226,15 +6224,18 @@ static void PSURF__K(base_net)(psurf_kind kind, const psurf__l3 *local, psurf__l
         else psurf__l3_put(&net[k], local[row->net[k]]);
 }
 
-static void PSURF__K(blend_points)(psurf_kind kind, const psurf__l3 *local, psurf__l3 *x)
+static psurf__l3 PSURF__K(blend_point)(psurf_kind kind, const psurf__l3 *local, uint32_t n)
 {
-    const psurf__net_row *row = psurf__kinds[kind].net;
+    const unsigned char *blend = psurf__kinds[kind].net->blend[n];
+    const psurf__l3 zero = psurf__l3_zero();
+    return psurf__l3_sub(local[blend[0]], blend[1] == PSURF__ORIGIN ? zero : local[blend[1]]);
+}
+
+static PSURF__INLINE void PSURF__K(blend_points)(psurf_kind kind, const psurf__l3 *local,
+                                                 psurf__l3 *x)
+{
     uint32_t n;
-    for (n = 0; n < row->blends; n++) {
-        const uint32_t to = row->blend[n][0], from = row->blend[n][1];
-        if (from == PSURF__ORIGIN) psurf__l3_put(&x[n], local[to]);
-        else x[n] = psurf__l3_sub(local[to], local[from]);
-    }
+    for (n = 0; n < psurf__blend_count(kind); n++) x[n] = PSURF__K(blend_point)(kind, local, n);
 }
 
 /* A cubic triangle; order: how many derivatives. u = weight of corner 1, v = weight of corner 2. */
@@ -6302,16 +6303,16 @@ static PSURF__INLINE void PSURF__K(add_blend)(const PSURF__K(weight) *w, psurf__
 static void PSURF__K(triangle_jet)(psurf_kind kind, const psurf__l3 *local,
                                    const psurf__lanes t[3], int second, PSURF__K(jet) *jet)
 {
-    const uint32_t count = psurf__blend_count(kind);
-    PSURF__K(weight) w[PSURF__MAX_BLENDS];
-    psurf__l3 net[10], x[PSURF__MAX_BLENDS];
+    PSURF__K(weight) q, w;
+    psurf__l3 net[10];
     uint32_t n;
     PSURF__K(base_net)(kind, local, net);
     PSURF__K(net_jet)(net, t, second ? 2 : 1, jet);
-    if (count == 0) return;
-    PSURF__K(blend_points)(kind, local, x);
-    PSURF__K(blend_weights)(kind, t, second, w);
-    for (n = 0; n < count; n++) PSURF__K(add_blend)(&w[n], x[n], second, jet);
+    PSURF__K(share)(t, second, &q);
+    for (n = 0; n < psurf__blend_count(kind); n++) {
+        PSURF__K(blend_weight)(kind, t, &q, n, second, &w);
+        PSURF__K(add_blend)(&w, PSURF__K(blend_point)(kind, local, n), second, jet);
+    }
 }
 
 /* ---- smoothed N-patches: curves from an edge to the opposite corner ----
@@ -6337,32 +6338,34 @@ typedef struct PSURF__K(lift) {
     psurf__l3 v, d[3], dd[6];
 } PSURF__K(lift);
 
-/* From points as they are stored. */
-static void PSURF__K(open_smoothed)(const psurf__l3 *stored, PSURF__K(smoothed) *s)
+/* From local points. */
+static void PSURF__K(open_smoothed)(const psurf__l3 *local, PSURF__K(smoothed) *s)
 {
     const psurf__kind_row *row = &psurf__kinds[PSURF_NPATCH];
     const psurf__lanes thirds[4] = {psurf__l_all(0), psurf__l_all(PSURF__R(1.0 / 3.0)),
                                     psurf__l_all(PSURF__R(2.0 / 3.0)), psurf__l_all(1)};
     uint32_t k, l, at = 0;
     for (k = 0; k < 3; k++) {
-        s->corner[k] = psurf__l3_sub(stored[row->edge[k][0]], stored[0]);
-        psurf__l3_put(&s->normal[k], stored[row->normal[k]]);
+        psurf__l3_put(&s->corner[k], local[row->edge[k][0]]);
+        psurf__l3_put(&s->normal[k], local[row->normal[k]]);
     }
     for (l = 0; l < 4; l++)
         for (k = 0; k + l < 4; k++, at++) {
             const psurf__l3 flat = psurf__l3_mix(thirds[k], s->corner[1], thirds[l], s->corner[2]);
-            s->bend[at] = psurf__l3_sub(psurf__l3_sub(stored[at], stored[0]), flat);
+            s->bend[at] = psurf__l3_sub(local[at], flat);
         }
     s->bend[0] = s->bend[3] = s->bend[9] = psurf__l3_zero();
     for (k = 0; k < 3; k++) {
         const psurf__l3 chord = psurf__l3_sub(s->corner[psurf__following(k, 3)], s->corner[k]);
-        s->least[k] = psurf__l_add(psurf__l_all(PSURF__R(1e-30)),
-                                   psurf__l_mul(psurf__l_all(PSURF__R(1e-12)),
-                                                psurf__l3_dot(chord, chord)));
+        const psurf__l3 b0 = s->bend[row->edge[k][1]], b1 = s->bend[row->edge[k][2]];
+        const psurf__lanes bends = psurf__l_add(psurf__l3_dot(b0, b0), psurf__l3_dot(b1, b1));
+        const psurf__lanes size = psurf__l_add(psurf__l3_dot(chord, chord), bends);
+        s->least[k] = psurf__l_add(psurf__l_mul(psurf__l_all(PSURF__R(1e-12)), size),
+                                   psurf__l_all(PSURF__R(1e-30)));
     }
-    s->flat[0] = stored[16].x, s->flat[1] = stored[16].y, s->flat[2] = stored[16].z;
-    s->turned[0] = stored[17].x, s->turned[1] = stored[17].y, s->turned[2] = stored[17].z;
-    s->counts = stored[18].x, s->drawn = stored[18].y;
+    s->flat[0] = local[16].x, s->flat[1] = local[16].y, s->flat[2] = local[16].z;
+    s->turned[0] = local[17].x, s->turned[1] = local[17].y, s->turned[2] = local[17].z;
+    s->counts = local[18].x, s->drawn = local[18].y;
 }
 
 /* An edge's curve above its chord, from its two bends, and derivatives by tau; rest = 1 - tau. */
@@ -6537,12 +6540,12 @@ static PSURF__INLINE void PSURF__K(edge_share)(psurf__lanes a, psurf__lanes b, p
     g->dd[2] = psurf__l_add(psurf__l_sub(by_cc, by_ac), psurf__l_sub(by_aa, by_ac));
 }
 
-/* How far an edge is from being flat: 1 - bf, [N] 1.1.10; bl: how far inside. */
-static PSURF__INLINE psurf__lanes PSURF__K(openness)(const PSURF__K(smoothed) *p, uint32_t e,
-                                                     psurf__lanes bl)
+/* How far an edge is from being flat: 1 - bf, [N] 1.1.10, of bf before it is capped; counts: 0
+   where flatness does not. */
+static PSURF__INLINE psurf__lanes PSURF__K(openness)(psurf__lanes bf, psurf__lanes counts)
 {
-    const psurf__lanes one = psurf__l_all(1), full = psurf__l_add(p->flat[e], bl);
-    return PSURF__K(rest)(psurf__l_mul(p->counts, psurf__l_select(one, full, full, one)));
+    const psurf__lanes one = psurf__l_all(1);
+    return PSURF__K(rest)(psurf__l_mul(counts, psurf__l_select(one, bf, bf, one)));
 }
 
 /* The weight of P_e: g (1 - bf) (1 - drawn bl), bl = 27 t0 t1 t2. r as edge_share has it. */
@@ -6650,7 +6653,7 @@ static PSURF__INLINE void PSURF__K(sum_edges)(const PSURF__K(smoothed) *p, const
     uint32_t e;
     PSURF__K(clear_lift)(order, sum);
     for (e = 0; e < 3; e++) {
-        const psurf__lanes open = PSURF__K(openness)(p, e, bl);
+        const psurf__lanes open = PSURF__K(openness)(psurf__l_add(p->flat[e], bl), p->counts);
         PSURF__K(edge_lift) x;
         PSURF__K(form) w;
         if (!psurf__l_greater(open, zero)) continue;
@@ -6711,27 +6714,40 @@ static PSURF__INLINE void PSURF__K(npatch)(const PSURF__K(smoothed) *p, const ps
     PSURF__K(finish_lift)(p, t, order, &sum, jet);
 }
 
-static void PSURF__K(npatch_jet)(const psurf__l3 *stored, const psurf__lanes t[3], int second,
-                                 PSURF__K(jet) *jet)
+/* Points of all lanes, less the first of them, which is returned. */
+static psurf__l3 PSURF__K(local_points)(const psurf__batch *b, psurf__l3 *local)
 {
-    PSURF__K(smoothed) open;
-    PSURF__K(open_smoothed)(stored, &open);
-    if (second) PSURF__K(npatch)(&open, t, 2, jet);
-    else PSURF__K(npatch)(&open, t, 1, jet);
+    psurf__l3 origin;
+    PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, local);
+    psurf__l3_put(&origin, local[0]);
+    PSURF__K(localise)(b->kind, local, local);
+    return origin;
 }
 
-static void PSURF__K(point_normal_jet)(const psurf__batch *b, const psurf__lanes *t, int second,
-                                       PSURF__K(jet) *jet)
+static psurf__l3 PSURF__K(open_batch)(const psurf__batch *b, PSURF__K(smoothed) *p)
 {
-    psurf__l3 points[PSURF__MAX_POINTS], origin;
-    PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, points);
-    psurf__l3_put(&origin, points[0]);
-    if (b->kind == PSURF_NPATCH) {
-        PSURF__K(npatch_jet)(points, t, second, jet);
-    } else {
-        PSURF__K(localise)(b->kind, points, points);
-        PSURF__K(triangle_jet)(b->kind, points, t, second, jet);
-    }
+    psurf__l3 local[PSURF__MAX_TRIANGLE];
+    const psurf__l3 origin = PSURF__K(local_points)(b, local);
+    PSURF__K(open_smoothed)(local, p);
+    return origin;
+}
+
+static void PSURF__K(npatch_jet)(const psurf__batch *b, const psurf__lanes t[3], int second,
+                                 PSURF__K(jet) *jet)
+{
+    PSURF__K(smoothed) p;
+    const psurf__l3 origin = PSURF__K(open_batch)(b, &p);
+    if (second) PSURF__K(npatch)(&p, t, 2, jet);
+    else PSURF__K(npatch)(&p, t, 1, jet);
+    jet->p = psurf__l3_add(jet->p, origin);
+}
+
+static void PSURF__K(rational_jet)(const psurf__batch *b, const psurf__lanes t[3], int second,
+                                   PSURF__K(jet) *jet)
+{
+    psurf__l3 local[PSURF__MAX_TRIANGLE];
+    const psurf__l3 origin = PSURF__K(local_points)(b, local);
+    PSURF__K(triangle_jet)(b->kind, local, t, second, jet);
     jet->p = psurf__l3_add(jet->p, origin);
 }
 
@@ -6790,8 +6806,10 @@ static void PSURF__K(batch_jet)(const psurf__batch *b, const psurf__lanes w[4], 
                                 PSURF__K(jet) *jet)
 {
     psurf__l3 net[PSURF__MAX_NET], centre;
-    if (psurf__kinds[b->kind].net) {
-        PSURF__K(point_normal_jet)(b, w, second, jet);
+    if (b->kind == PSURF_NPATCH) {
+        PSURF__K(npatch_jet)(b, w, second, jet);
+    } else if (psurf__kinds[b->kind].net) {
+        PSURF__K(rational_jet)(b, w, second, jet);
     } else if (b->kind == PSURF_BICUBIC || b->kind == PSURF_PN_QUAD) {
         PSURF__K(points)(b->points, 16, net);
         PSURF__K(bicubic_jet)(net, w, second, jet);
@@ -6861,25 +6879,23 @@ static unsigned PSURF__K(jets)(const psurf__batch *b, int second, psurf__jet jet
 }
 
 /* How far an N-patch leaves the hull of its ten points. It is a mean of N, which does not, and of
-   the P_e, with weights up to g_e (1 - bf). A P_e lies on a PN curve from a point of its edge to the
-   opposite corner: on the line between the two, which does not, and away from it by s^2 t (d.m) m
-   and s t^2 (d.n) n, together at most s t |d|, a quarter of the way. */
+   the P_e, with weights up to g_e (1 - bf). A P_e lies on a PN curve from a point of its edge to
+   the opposite corner: on the line between the two, which does not, and away from it by
+   s^2 t (d.m) m and s t^2 (d.n) n, together at most s t |d|, a quarter of the way. */
 static psurf__lanes PSURF__K(npatch_reach)(const psurf__l3 *stored)
 {
     const psurf__kind_row *row = &psurf__kinds[PSURF_NPATCH];
+    const psurf__lanes flat[3] = {stored[16].x, stored[16].y, stored[16].z};
     psurf__lanes reach = psurf__l_all(0), far_off, open;
-    PSURF__K(smoothed) p;
     uint32_t e, k;
-    PSURF__K(open_smoothed)(stored, &p);
     for (e = 0; e < 3; e++) {
-        const unsigned char *places = row->edge[e];
-        const uint32_t opposite = row->edge[psurf__preceding(e, 3)][0];
+        const psurf__l3 corner = stored[row->edge[psurf__preceding(e, 3)][0]];
         far_off = psurf__l_all(0);
         for (k = 0; k < 4; k++) {
-            const psurf__l3 d = psurf__l3_sub(stored[places[k]], stored[opposite]);
+            const psurf__l3 d = psurf__l3_sub(stored[row->edge[e][k]], corner);
             far_off = psurf__l_max(far_off, psurf__l3_dot(d, d));
         }
-        open = PSURF__K(openness)(&p, e, psurf__l_all(0));
+        open = PSURF__K(openness)(flat[e], stored[18].x);
         far_off = psurf__l_mul(psurf__l_sqrt(far_off), psurf__l_all(PSURF__R(0.25)));
         reach = psurf__l_max(reach, psurf__l_mul(far_off, open));
     }
@@ -7153,7 +7169,7 @@ static void PSURF__K(open_triangle)(PSURF__K(facets) *f, const psurf__group *g)
     PSURF__K(edge)(a + e[1][0], a + e[1][1], a + e[1][2], a + e[1][3], f->sides[1]);
     PSURF__K(base_net)(g->kind, f->local, net);
     PSURF__K(blend_points)(g->kind, f->local, f->blends);
-    if (g->kind == PSURF_NPATCH) PSURF__K(open_smoothed)(f->points, &f->smoothed);
+    if (g->kind == PSURF_NPATCH) PSURF__K(open_smoothed)(f->local, &f->smoothed);
     PSURF__K(cubic_row)(net, 0, f->rows);
     PSURF__K(quadratic_row)(net + 4, 1, f->rows);
     PSURF__K(linear_row)(net + 7, 2, f->rows);
