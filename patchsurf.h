@@ -231,7 +231,7 @@ typedef struct psurf_topology psurf_topology;   /* opaque, immutable, shareable 
 
 #define PSURF_NONE 0xFFFFFFFFu                  /* an index that points nowhere */
 #define PSURF_MAX_RATE 16384u                   /* segments per edge */
-#define PSURF_MAX_FACE_SIZE 65535u              /* corners of a face */
+#define PSURF_MAX_FACE_SIZE 65535u              /* corners of a face; half that but for pm */
 #define PSURF_MAX_VALENCE 4194303u              /* edges at a vertex */
 #define PSURF_MAX_CORNERS 0x7FFFFFFFu           /* face corners; three per corner of split faces */
 
@@ -441,7 +441,8 @@ typedef struct psurf_corner {
 typedef struct psurf_facet {
     uint32_t face;
     uint32_t piece;                     /* bits 0-15: piece of a split face; 16-17: corner A of a
-                                           polar facet; 31: PSURF_SPLIT_FACE */
+                                           polar facet; but for pm 16-30: corner of a split face
+                                           where its pieces begin; 31: PSURF_SPLIT_FACE */
 } psurf_facet;
 typedef struct psurf_edge {             /* a side of an edge; the second sides of hard edges last */
     uint32_t corner, other;             /* the writer's; that across, PSURF_NONE at boundaries */
@@ -895,6 +896,10 @@ PSURF__ASSERT_SIZE(psurf_sample, 8 + 2 * sizeof(psurf_real));
 
 #define PSURF__R(x) ((psurf_real)(x))
 
+/* Beyond these, squares of lengths may vanish or overflow where they are multiplied. */
+#define PSURF__SHORT PSURF__R(1e-20)
+#define PSURF__LONG PSURF__R(1e20)
+
 typedef struct psurf__v3 { psurf_real x, y, z; } psurf__v3;
 
 static psurf__v3 psurf__get(const psurf_real *p)
@@ -1085,6 +1090,39 @@ static psurf__v3 psurf__scaled(psurf__v3 a)
     return a;
 }
 
+/* a at unit length; zero where it has no direction. NaN spreads. */
+static psurf__v3 psurf__unit(psurf__v3 a)
+{
+    psurf_real q = psurf__dot(a, a);
+    if (!(q > PSURF__SHORT && q < PSURF__LONG)) {
+        a = psurf__scaled(a);
+        q = psurf__dot(a, a);
+    }
+    if (q <= 0) return psurf__zero();
+    return psurf__mul(a, 1 / psurf__sqrt(q));
+}
+
+/* The sine at which two directions count as parallel. */
+#define PSURF__PARALLEL (sizeof(psurf_real) == 4 ? PSURF__R(4e-6) : PSURF__R(8e-15))
+
+/* du x dv at unit length; 0 where the two are parallel to working precision. The common case is one
+   cross product and one square root; extreme lengths take the scaled path. */
+static psurf__v3 psurf__unit_cross(psurf__v3 du, psurf__v3 dv)
+{
+    const psurf_real eps = PSURF__PARALLEL;
+    psurf__v3 n = psurf__cross(du, dv);
+    psurf_real q = psurf__dot(n, n), lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
+    if (!(lengths > PSURF__SHORT && lengths < PSURF__LONG)) {
+        du = psurf__scaled(du);
+        dv = psurf__scaled(dv);
+        n = psurf__cross(du, dv);
+        q = psurf__dot(n, n);
+        lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
+    }
+    if (q <= eps * eps * lengths) return psurf__zero();
+    return psurf__mul(n, 1 / psurf__sqrt(q));
+}
+
 /* Cosine and sine of j/n turns, 0 <= j < n, within a unit in the last place of double. The octant
    is found in integers, so quarter turns are exact and no argument is ever reduced. */
 static void psurf__cos_sin(uint32_t j, uint32_t n, double *cosine, double *sine)
@@ -1227,7 +1265,11 @@ struct psurf_topology {
     psurf_real *blends;                 /* NULL where all are 2/3 */
     uint32_t *face_facet;
     uint32_t *centres;
+    uint32_t *ring_normals;             /* NULL without face_normals */
     psurf__start *starts;             /* what lies before each face; NULL where all have one size */
+    psurf_split split;
+    int mixed;                          /* facets are filed under the kinds of their schemes */
+    psurf_scheme mixed_first;           /* which the others of the mix go with */
     uint32_t uniform_size;
     uint32_t corner_count, trig_count;
     size_t table_bytes;                 /* from rings to the end of the last table */
@@ -1253,11 +1295,24 @@ static uint32_t psurf__face_size(const psurf_topology *t, uint32_t face)
     return t->starts[face + 1].corner - t->starts[face].corner;
 }
 
+/* The kind that a facet is filed under: that of its patch, but for triangles of point-normal
+   schemes, which are all filed as PSURF_PN_TRI unless they are mixed. See psurf__patch_kind. */
 static psurf_kind psurf__facet_kind(const psurf_topology *t, uint32_t facet)
 {
     uint32_t k = 0;
     while (facet >= t->kind_first[k + 1]) k++;
     return (psurf_kind)k;
+}
+
+/* The corner of a face that is split from an apex. */
+static uint32_t psurf__face_apex(const psurf_topology *t, uint32_t face)
+{
+    return t->facets[t->face_facet[face]].piece >> 16 & 0x7FFFu;
+}
+
+static int psurf__is_split(const psurf_topology *t, uint32_t face)
+{
+    return (t->facets[t->face_facet[face]].piece & PSURF_SPLIT_FACE) != 0;
 }
 
 /* What the chapters share about kinds; how they are evaluated stands in chapter 6. */
@@ -1291,11 +1346,32 @@ static uint32_t psurf__ratio_spoke(const psurf_topology *t, const psurf_ring *ri
     return t->spokes[spoke].after;
 }
 
+/* The facet that a corner of the facet tables belongs to, and which of its edges starts there. */
+static uint32_t psurf__corner_facet(const psurf_topology *t, uint32_t corner, uint32_t *edge)
+{
+    uint32_t k = 0, place;
+    while (corner >= t->kind_first_corner[k + 1]) k++;
+    place = corner - t->kind_first_corner[k];
+    *edge = place % psurf__kind_sides((psurf_kind)k);
+    return t->kind_first[k] + place / psurf__kind_sides((psurf_kind)k);
+}
+
+/* The corner whose half-edge runs along the same edge the other way, or PSURF_NONE. Not for edges
+   between the pieces of pm's split faces, which are in no table. */
+static uint32_t psurf__corner_across(const psurf_topology *t, uint32_t corner)
+{
+    const psurf_edge *edge = &t->edges[t->corners[corner].edge & ~PSURF_WRITER];
+    return edge->corner == corner ? edge->other : edge->corner;
+}
+
 /* First corner of a facet of a known kind. */
 static uint32_t psurf__facet_corner(const psurf_topology *t, psurf_kind kind, uint32_t facet)
 {
     return t->kind_first_corner[kind] + (facet - t->kind_first[kind]) * psurf__kind_sides(kind);
 }
+
+/* The kind of patch that triangles of a scheme become: from the table in chapter 5. */
+static psurf_kind psurf__scheme_triangle(psurf_scheme scheme);
 
 /* What a topology is made from. Built in two steps, each with memory of its own: the faces as they
    came in, then the facets that they or their pieces became. */
@@ -1304,10 +1380,12 @@ typedef struct psurf__builder {
     psurf_error error;
     uint32_t vertices, faces, edges, hard_edges, boundary_edges, edges_cut, valence2;
     uint32_t uniform_size;              /* of all faces, or 0 */
-    uint32_t splits, facets, corners;   /* split faces; of the facets once they are known */
+    uint32_t splits, centres, inner_edges;      /* split faces, and what that makes */
+    uint32_t facets, corners;           /* of the facets once they are known */
     uint32_t ring_count, vertex_rings, spoke_count, max_valence, trig_count;
 
     const uint32_t *vertex;             /* per corner */
+    const uint32_t *normal;             /* per corner, or NULL */
     uint32_t *next, *prev;              /* per corner: corner of the same facet */
     uint32_t *twin;                     /* per corner: the half-edge that runs the other way */
     uint32_t *edge;                     /* per corner: number of the edge */
@@ -1318,6 +1396,7 @@ typedef struct psurf__builder {
     unsigned char *vertex_flag;         /* per vertex: named in desc->corners */
     unsigned char *face_split;          /* per face */
     uint32_t *face_corner;              /* per face: first corner of its facets */
+    uint32_t *face_apex;                /* per face: the corner where its pieces begin */
 
     uint32_t *count;                    /* work space: per corner, vertex, edge or valence */
     uint32_t *ring, *spoke;             /* per corner: number of each in the tables */
@@ -1368,12 +1447,14 @@ static psurf_result psurf__count_mesh(psurf__builder *b)
     const psurf_mesh_desc *d = b->desc;
     const uint32_t sizes = d->face_sizes ? d->face_count : d->face_count > 0;
     const uint32_t times = d->face_sizes ? 1 : d->face_count;   /* equal sizes are looked at once */
+    const uint32_t most = d->split == PSURF_SPLIT_PM ? PSURF_MAX_FACE_SIZE
+                                                     : PSURF_MAX_FACE_SIZE / 2;
     uint64_t corners = 0;
     uint32_t f;
     b->uniform_size = sizes ? psurf__size_of_face(d, 0) : 0;
     for (f = 0; f < sizes; f++) {
         const uint32_t size = psurf__size_of_face(d, f);
-        if (size < 3 || size > PSURF_MAX_FACE_SIZE)
+        if (size < 3 || size > most)
             return psurf__fail(b, PSURF_BAD_FACE, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
         if (size != b->uniform_size) b->uniform_size = 0;
         corners += (uint64_t)size * times;
@@ -1395,9 +1476,34 @@ static psurf_result psurf__check_desc(psurf__builder *b)
     if (d->_start_canary || d->_end_canary || (d->flags & ~known) ||
         (d->face_count && !d->face_vertices) || (d->edge_count && !d->edges) ||
         (d->corner_count && !d->corners) || d->position_stride % sizeof(psurf_real) ||
+        (uint32_t)d->split >= PSURF_SPLIT_COUNT ||
+        (d->face_schemes && d->split != PSURF_SPLIT_TRIANGLES) ||
         ((d->flags & PSURF_DEFAULT_BLEND) && !(blend >= 0 && blend <= 1)))
         return psurf__fail_nowhere(b, PSURF_BAD_DESC);
     return psurf__count_mesh(b);
+}
+
+/* The boundary curves of a scheme: those that have equal ones go together on one object. */
+static int psurf__curves_of(unsigned scheme)
+{
+    switch ((psurf_scheme)scheme) {
+    case PSURF_PN: case PSURF_SMOOTHED_N: case PSURF_CUBIC_PN_B1: case PSURF_CUBIC_PN_B2: return 1;
+    case PSURF_CUBIC_WM_B1: case PSURF_CUBIC_WM_B2: return 2;
+    case PSURF_HYBRID: return 3;
+    case PSURF_PNG1: return 4;
+    case PSURF_PM: case PSURF_MIXED: case PSURF_SCHEME_COUNT: default: return 0;
+    }
+}
+
+static psurf_result psurf__check_schemes(psurf__builder *b)
+{
+    const unsigned char *schemes = b->desc->face_schemes;
+    uint32_t f;
+    for (f = 0; schemes && f < b->faces; f++)
+        if (!psurf__curves_of(schemes[f]) ||
+            psurf__curves_of(schemes[f]) != psurf__curves_of(schemes[0]))
+            return psurf__fail(b, PSURF_BAD_SCHEME, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+    return PSURF_OK;
 }
 
 static void psurf__carve_faces(psurf__builder *b, psurf__block *block)
@@ -1416,6 +1522,7 @@ static void psurf__carve_faces(psurf__builder *b, psurf__block *block)
     b->vertex_flag = PSURF__CARVE(block, unsigned char, v);
     b->face_split = PSURF__CARVE(block, unsigned char, b->faces);
     b->face_corner = PSURF__CARVE(block, uint32_t, b->faces);
+    if (b->desc->split != PSURF_SPLIT_PM) b->face_apex = PSURF__CARVE(block, uint32_t, b->faces);
     b->face_kind = PSURF__CARVE(block, unsigned char, b->faces);
 }
 
@@ -1449,6 +1556,8 @@ static psurf_result psurf__link_faces(psurf__builder *b)
                 return psurf__fail(b, PSURF_BAD_INDEX, f, c - first, v, PSURF_NONE);
             if (seen[v] == f) return psurf__fail(b, PSURF_BAD_FACE, f, c - first, v, PSURF_NONE);
             seen[v] = f;
+            if (b->normal && b->normal[c] >= b->desc->normal_count)
+                return psurf__fail(b, PSURF_BAD_NORMAL, f, c - first, v, PSURF_NONE);
             if (b->first_corner[v] == PSURF_NONE) b->first_corner[v] = c;
             b->next[c] = c + 1 == end ? first : c + 1;
             b->prev[c] = c == first ? end - 1 : c - 1;
@@ -1581,6 +1690,21 @@ static psurf_result psurf__apply_tags(psurf__builder *b)
     return PSURF_OK;
 }
 
+/* Edges whose sides name different normals are hard, but to pm. */
+static void psurf__find_folds(psurf__builder *b)
+{
+    const uint32_t *normal = b->normal;
+    uint32_t c;
+    if (!normal || b->desc->split == PSURF_SPLIT_PM) return;
+    for (c = 0; c < b->corners; c++) {
+        const uint32_t twin = b->twin[c];
+        if (twin == PSURF_NONE || twin < c || b->edge_hard[b->edge[c]]) continue;
+        if (normal[c] == normal[b->next[twin]] && normal[b->next[c]] == normal[twin]) continue;
+        b->edge_hard[b->edge[c]] = 1;
+        b->hard_edges++;
+    }
+}
+
 static void psurf__count_valences(psurf__builder *b)
 {
     uint32_t *count = b->count, v, c;
@@ -1607,10 +1731,13 @@ static uint32_t psurf__counter_clockwise(const psurf__builder *b, uint32_t c)
     return b->twin[b->prev[c]];
 }
 
+/* Whether the half-edge at a corner lies between two pieces of a face. */
+static int psurf__is_inner(const psurf__builder *b, uint32_t c) { return b->edge[c] >= b->edges; }
+
 /* Whether the spoke at a corner separates two sides of a fan. Between pieces nothing does. */
 static int psurf__sharp(const psurf__builder *b, uint32_t c)
 {
-    return b->twin[c] == PSURF_NONE || (b->edge[c] < b->edges && b->edge_hard[b->edge[c]]);
+    return b->twin[c] == PSURF_NONE || (!psurf__is_inner(b, c) && b->edge_hard[b->edge[c]]);
 }
 
 /* All facets around a vertex that are connected through edges. */
@@ -1644,16 +1771,37 @@ static psurf__fan psurf__find_fan(const psurf__builder *b, uint32_t corner)
     return fan;
 }
 
-/* ---- faces that are split ([PM] has no rule for them: ours) ---- */
+/* ---- faces that are split: in pm round their centre ([PM] has no rule for them: ours), else
+   into quads and triangles that all begin at the corner of the lowest vertex ([PN] 2: "by
+   splitting"; the order is ours) ---- */
 
-/* Marks faces to be split in a fan round their centre: six corners or more; at an interior vertex
-   of two edges; alone on their side of a crease. Splitting only adds facets to vertices. */
+/* Corners from which on every face is split. */
+static uint32_t psurf__split_size(psurf_split split)
+{
+    return split == PSURF_SPLIT_PM ? 6 : split == PSURF_SPLIT_PN ? 5 : 4;
+}
+
+/* Pieces of a split face, and corners of piece p. */
+static uint32_t psurf__piece_count(psurf_split split, uint32_t size)
+{
+    if (split == PSURF_SPLIT_PM) return size;
+    return split == PSURF_SPLIT_PN ? (size - 1) / 2 : size - 2;
+}
+
+static uint32_t psurf__piece_size(psurf_split split, uint32_t size, uint32_t p)
+{
+    return split == PSURF_SPLIT_PN && 2 * p + 3 < size ? 4 : 3;
+}
+
+/* Marks faces to be split: by their corners; for pm, at interior vertices of two edges and alone on
+   their side of a crease too. Splitting only adds facets to vertices. */
 static void psurf__mark_splits(psurf__builder *b)
 {
+    const psurf_split split = b->desc->split;
     uint32_t *face = b->order, f, c = 0, v, i;          /* the order has served its purpose */
     for (f = 0; f < b->faces; f++) {
         const uint32_t size = psurf__size_of_face(b->desc, f);
-        b->face_split[f] = size > 5;
+        b->face_split[f] = size >= psurf__split_size(split);
         for (i = 0; i < size; i++) face[c++] = f;
     }
     for (c = 0; c < b->corners; c++) b->ring[c] = 0;    /* ring: visited */
@@ -1667,12 +1815,25 @@ static void psurf__mark_splits(psurf__builder *b)
         do {
             const uint32_t next = psurf__counter_clockwise(b, i);
             b->ring[i] = 1;
-            if (!fan.open && (fan.facets == 2 || (fan.sharp == 2 && !b->vertex_flag[v] &&
-                psurf__sharp(b, i) && psurf__sharp(b, next))))
+            if (split == PSURF_SPLIT_PM && !fan.open &&
+                (fan.facets == 2 || (fan.sharp == 2 && !b->vertex_flag[v] &&
+                                     psurf__sharp(b, i) && psurf__sharp(b, next))))
                 b->face_split[face[i]] = 1;
             i = next;
         } while (i != PSURF_NONE && i != fan.start);
     }
+}
+
+static uint32_t psurf__face_pieces(const psurf__builder *b, uint32_t face)
+{
+    if (!b->face_split[face]) return 1;
+    return psurf__piece_count(b->desc->split, psurf__size_of_face(b->desc, face));
+}
+
+static uint32_t psurf__facet_size(const psurf__builder *b, uint32_t face, uint32_t piece)
+{
+    const uint32_t size = psurf__size_of_face(b->desc, face);
+    return b->face_split[face] ? psurf__piece_size(b->desc->split, size, piece) : size;
 }
 
 /* Where the facets of each face begin among the corners, and how many there are of everything. */
@@ -1681,63 +1842,156 @@ static psurf_result psurf__count_facets(psurf__builder *b)
     uint64_t corners = 0;
     uint32_t f;
     for (f = 0; f < b->faces; f++) {
-        const uint32_t size = psurf__size_of_face(b->desc, f);
+        const uint32_t size = psurf__size_of_face(b->desc, f), pieces = psurf__face_pieces(b, f);
         b->face_corner[f] = (uint32_t)corners;
         b->splits += b->face_split[f];
-        b->facets += b->face_split[f] ? size : 1;
-        corners += b->face_split[f] ? 3 * size : size;
+        b->facets += pieces;
+        if (b->desc->split == PSURF_SPLIT_PM) {
+            corners += b->face_split[f] ? 3 * size : size;
+        } else {                                        /* each inner edge gives two corners more */
+            corners += size + 2 * (pieces - 1);
+            b->inner_edges += pieces - 1;
+        }
         if (corners >= PSURF_MAX_CORNERS) return psurf__fail_nowhere(b, PSURF_TOO_LARGE);
     }
+    b->centres = b->desc->split == PSURF_SPLIT_PM ? b->splits : 0;
     b->corners = (uint32_t)corners;
     return PSURF_OK;
 }
 
-/* The corner that an input corner of a face becomes: the first of its piece. */
-static uint32_t psurf__piece_corner(const psurf__builder *b, uint32_t face, uint32_t i)
+/* First corner of a piece of a face. */
+static uint32_t psurf__piece_start(const psurf__builder *b, uint32_t face, uint32_t piece)
 {
-    return b->face_corner[face] + (b->face_split[face] ? 3 * i : i);
+    return b->face_corner[face] + piece * psurf__facet_size(b, face, 0);
+}
+
+/* Where half-edge j of a face lies that is split from its apex, counted from there: the piece, and
+   the corner of the piece. */
+static uint32_t psurf__fan_corner(psurf_split split, uint32_t size, uint32_t j, uint32_t *piece)
+{
+    const uint32_t last = psurf__piece_count(split, size) - 1;
+    const uint32_t per_piece = psurf__piece_size(split, size, 0) - 2;
+    *piece = j == 0 ? 0 : j == size - 1 ? last : (j - 1) / per_piece;
+    if (j == 0) return 0;
+    return j == size - 1 ? psurf__piece_size(split, size, last) - 1 : 1 + (j - 1) % per_piece;
+}
+
+/* The corner of a face where its fan of pieces begins: that of the lowest vertex. */
+static uint32_t psurf__apex(const uint32_t *vertices, uint32_t size)
+{
+    uint32_t i, apex = 0;
+    for (i = 1; i < size; i++)
+        if (vertices[i] < vertices[apex]) apex = i;
+    return apex;
+}
+
+/* The corner that the input corner number i of a split face becomes: that of the piece where its
+   half-edge lies. */
+static uint32_t psurf__piece_corner(const psurf__builder *b, uint32_t face, uint32_t apex,
+                                    uint32_t i)
+{
+    const uint32_t size = psurf__size_of_face(b->desc, face);
+    uint32_t piece = i, corner = 0;
+    if (b->desc->split != PSURF_SPLIT_PM)
+        corner = psurf__fan_corner(b->desc->split, size, (i + size - apex) % size, &piece);
+    return psurf__piece_start(b, face, piece) + corner;
+}
+
+/* New arrays of the builder, per corner. */
+typedef struct psurf__pieces { uint32_t *vertex, *normal; } psurf__pieces;
+
+/* An inner edge: half-edges c and twin, each the other's. */
+static void psurf__join(psurf__builder *b, uint32_t c, uint32_t twin, uint32_t edge)
+{
+    b->twin[c] = twin;
+    b->twin[twin] = c;
+    b->edge[c] = b->edge[twin] = edge;
+}
+
+static void psurf__link_piece(psurf__builder *b, uint32_t first, uint32_t size)
+{
+    uint32_t k;
+    for (k = 0; k < size; k++) {
+        b->next[first + k] = first + (k + 1) % size;
+        b->prev[first + k] = first + (k + size - 1) % size;
+    }
+}
+
+/* Pieces of a face in a fan round its centre; in: its first input corner. */
+static void psurf__split_round(psurf__builder *b, const psurf__pieces *to, uint32_t face,
+                               uint32_t centre)
+{
+    const uint32_t size = psurf__size_of_face(b->desc, face), first = b->face_corner[face];
+    uint32_t i;
+    for (i = 0; i < size; i++) {
+        const uint32_t c = first + 3 * i;
+        to->vertex[c + 1] = to->vertex[first + 3 * ((i + 1) % size)];
+        to->vertex[c + 2] = centre;
+        psurf__join(b, c + 1, first + (3 * i + 5) % (3 * size), PSURF_INNER_EDGE);
+        psurf__link_piece(b, c, 3);
+    }
+    b->first_corner[centre] = first + 2;
+}
+
+/* Pieces of a face in a fan from its apex. Half-edges that were there before have their vertices
+   already; new ones leave the apex, or end there. */
+static void psurf__split_fan(psurf__builder *b, const psurf__pieces *to, uint32_t face,
+                             uint32_t *inner)
+{
+    const uint32_t pieces = psurf__face_pieces(b, face);
+    uint32_t p, last = 0;
+    for (p = 0; p < pieces; p++) {
+        const uint32_t first = psurf__piece_start(b, face, p);
+        const uint32_t size = psurf__facet_size(b, face, p);
+        psurf__link_piece(b, first, size);
+        if (p > 0) {
+            to->vertex[first] = to->vertex[b->face_corner[face]];
+            to->vertex[last] = to->vertex[first + 1];
+            if (to->normal) {
+                to->normal[first] = to->normal[b->face_corner[face]];
+                to->normal[last] = to->normal[first + 1];
+            }
+            psurf__join(b, first, last, b->edges + b->hard_edges + (*inner)++);
+        }
+        last = first + size - 1;
+    }
 }
 
 /* Links the facets into new arrays of the builder, from the faces in the old ones. */
-static void psurf__split_faces(psurf__builder *b, const psurf__builder *old, uint32_t *vertex)
+static void psurf__split_faces(psurf__builder *b, const psurf__builder *old,
+                               const psurf__pieces *to)
 {
-    uint32_t f, i, k, in = 0, centre = b->vertices;
+    uint32_t f, i, in = 0, centre = b->vertices, inner = 0;
     uint32_t *renamed = old->ring;                      /* per input corner */
-    for (f = 0; f < b->faces; f++)
-        for (i = 0; i < psurf__size_of_face(b->desc, f); i++)
-            renamed[in++] = psurf__piece_corner(b, f, i);
+    for (f = 0; f < b->faces; f++) {
+        const uint32_t size = psurf__size_of_face(b->desc, f), first = in;
+        const uint32_t apex = b->centres ? 0 : psurf__apex(old->vertex + first, size);
+        if (!b->centres) b->face_apex[f] = apex;
+        for (i = 0; i < size; i++)
+            renamed[in++] = b->face_split[f] ? psurf__piece_corner(b, f, apex, i)
+                                             : b->face_corner[f] + i;
+    }
     for (f = 0, in = 0; f < b->faces; f++) {
-        const uint32_t size = psurf__size_of_face(b->desc, f), first = b->face_corner[f];
+        const uint32_t size = psurf__size_of_face(b->desc, f);
         for (i = 0; i < size; i++, in++) {
             const uint32_t c = renamed[in], twin = old->twin[in];
-            vertex[c] = old->vertex[in];
+            to->vertex[c] = old->vertex[in];
+            if (to->normal) to->normal[c] = old->normal[in];
             b->edge[c] = old->edge[in];
             b->twin[c] = twin == PSURF_NONE ? PSURF_NONE : renamed[twin];
-            if (!b->face_split[f]) {
-                b->next[c] = renamed[old->next[in]];
-                b->prev[c] = renamed[old->prev[in]];
-                continue;
-            }
-            vertex[c + 1] = old->vertex[old->next[in]];
-            vertex[c + 2] = centre;
-            b->twin[c + 1] = first + (3 * i + 5) % (3 * size);
-            b->twin[c + 2] = first + (3 * i + 3 * size - 2) % (3 * size);
-            b->edge[c + 1] = b->edge[c + 2] = PSURF_INNER_EDGE;
-            for (k = 0; k < 3; k++) {
-                b->next[c + k] = c + (k + 1) % 3;
-                b->prev[c + k] = c + (k + 2) % 3;
-            }
         }
-        if (b->face_split[f]) b->first_corner[centre++] = first + 2;
+        if (!b->face_split[f]) psurf__link_piece(b, b->face_corner[f], size);
+        else if (b->centres) psurf__split_round(b, to, f, centre++);
+        else psurf__split_fan(b, to, f, &inner);
     }
     for (i = 0; i < b->vertices; i++)
         b->first_corner[i] = old->first_corner[i] == PSURF_NONE ? PSURF_NONE
                                                                 : renamed[old->first_corner[i]];
 }
 
-static void psurf__carve_facets(psurf__builder *b, psurf__block *block, uint32_t **vertex)
+static void psurf__carve_facets(psurf__builder *b, psurf__block *block, psurf__pieces *pieces)
 {
-    const uint64_t c = b->corners, v = (uint64_t)b->vertices + b->splits;
+    const uint64_t c = b->corners, v = (uint64_t)b->vertices + b->centres;
     const uint64_t nominal = c + c / 2;                 /* corners of k facets count 4k; k <= c/3 */
     b->count = PSURF__CARVE(block, uint32_t, (nominal > v ? nominal : v) + 2);
     b->ring = PSURF__CARVE(block, uint32_t, c);
@@ -1751,7 +2005,8 @@ static void psurf__carve_facets(psurf__builder *b, psurf__block *block, uint32_t
     b->prev = PSURF__CARVE(block, uint32_t, c);
     b->twin = PSURF__CARVE(block, uint32_t, c);
     b->edge = PSURF__CARVE(block, uint32_t, c);
-    *vertex = PSURF__CARVE(block, uint32_t, c);
+    pieces->vertex = PSURF__CARVE(block, uint32_t, c);
+    if (b->normal) pieces->normal = PSURF__CARVE(block, uint32_t, c);
 }
 
 /* ---- rings ---- */
@@ -1798,8 +2053,8 @@ static uint32_t psurf__corner_angle(const psurf__builder *b, uint32_t c)
     static const unsigned char angle[7] = {0, 0, 0, 10, 15, 18, 20};
     const uint32_t third = b->next[b->next[c]];
     uint32_t size = b->next[third] == c ? 3 : b->next[b->next[third]] == c ? 4 : 5, at;
-    if (b->edge[c] == PSURF_INNER_EDGE) return 0;
-    if (b->edge[b->prev[c]] == PSURF_INNER_EDGE) {      /* the third corner is the centre */
+    if (psurf__is_inner(b, c)) return 0;
+    if (psurf__is_inner(b, b->prev[c])) {               /* the third corner is the centre */
         at = psurf__counter_clockwise(b, third);
         for (size = 1; at != third && size < 6; size++) at = psurf__counter_clockwise(b, at);
     }
@@ -1846,7 +2101,7 @@ static int psurf__has_one_face(const psurf__builder *b, const psurf__fan *fan)
 {
     if (!fan->open || fan->facets > 2) return 0;
     return fan->facets == 1 ||
-           b->edge[psurf__counter_clockwise(b, fan->start)] == PSURF_INNER_EDGE;
+           psurf__is_inner(b, psurf__counter_clockwise(b, fan->start));
 }
 
 /* The rings of one fan: a closed one, or one per wedge between sharp spokes. */
@@ -1863,7 +2118,8 @@ static psurf_result psurf__walk_fan(psurf__builder *b, uint32_t corner)
         psurf__make_ring(b, c, 0);
         return PSURF_OK;
     }
-    if (fan.sharp > 2 && !flagged) wide = psurf__wide_wedge(b, &fan);
+    if (fan.sharp > 2 && !flagged && b->desc->split == PSURF_SPLIT_PM)
+        wide = psurf__wide_wedge(b, &fan);
     do {
         uint32_t flags = PSURF_RING_OPEN;
         if (is_corner) flags |= c == wide ? PSURF_RING_WIDE : PSURF_RING_CORNER;
@@ -1884,7 +2140,7 @@ static psurf_result psurf__walk_rings(psurf__builder *b)
     b->vertex_rings = b->ring_count;
     for (c = 0; c < b->corners && result == PSURF_OK; c++)
         if (b->ring[c] == PSURF_NONE && b->vertex[c] < b->vertices) result = psurf__walk_fan(b, c);
-    for (; v < b->vertices + b->splits && result == PSURF_OK; v++)
+    for (; v < b->vertices + b->centres && result == PSURF_OK; v++)
         result = psurf__walk_fan(b, b->first_corner[v]);
     return result;
 }
@@ -1920,11 +2176,12 @@ static void psurf__find_poles(psurf__builder *b)
 {
     enum { NOT_CANDIDATE = 1, BESIDE_CANDIDATE = 2 };
     uint32_t c, r;
+    if (b->desc->split != PSURF_SPLIT_PM) return;
     for (r = 0; r < b->ring_count; r++)
         b->ring_flag[r] = b->rings[r].valence & PSURF_RING_OPEN ? NOT_CANDIDATE : 0;
     for (c = 0; c < b->corners; c++) {
         const uint32_t end = b->next[c], third = b->next[end];
-        const int in_piece = b->edge[c] == PSURF_INNER_EDGE || b->edge[third] == PSURF_INNER_EDGE;
+        const int in_piece = psurf__is_inner(b, c) || psurf__is_inner(b, third);
         if (b->next[third] != c || psurf__nominal_valence(&b->rings[b->ring[end]]) != 4 ||
             psurf__sharp(b, c) || (in_piece && b->vertex[c] < b->vertices))
             b->ring_flag[b->ring[c]] |= NOT_CANDIDATE;
@@ -1938,9 +2195,17 @@ static void psurf__find_poles(psurf__builder *b)
 
 /* ---- facets and tables ---- */
 
-/* The kind of the facet of size corners from first on, and in *pole the corner that is the pole. */
-static psurf_kind psurf__classify(const psurf__builder *b, uint32_t first, uint32_t size,
-                                  uint32_t *pole)
+/* What triangles of a face are filed under, in the split families of point-normal schemes. */
+static psurf_kind psurf__triangle_kind(const psurf__builder *b, uint32_t face)
+{
+    const unsigned char *schemes = b->desc->face_schemes;
+    return schemes ? psurf__scheme_triangle((psurf_scheme)schemes[face]) : PSURF_PN_TRI;
+}
+
+/* The kind of a facet of pm, of size corners from first on, and in *pole the corner that is the
+   pole. */
+static psurf_kind psurf__classify_pm(const psurf__builder *b, uint32_t first, uint32_t size,
+                                     uint32_t *pole)
 {
     uint32_t i, regular = 0;
     for (i = 0; i < size; i++) {
@@ -1955,23 +2220,26 @@ static psurf_kind psurf__classify(const psurf__builder *b, uint32_t first, uint3
     return (psurf_kind)(PSURF_P3 + (size - 3));
 }
 
-static uint32_t psurf__facet_size(const psurf__builder *b, uint32_t face)
+/* The kind that a piece of a face is filed under. In pm all pieces of a face are of one. */
+static psurf_kind psurf__classify(const psurf__builder *b, uint32_t face, uint32_t piece,
+                                  uint32_t *pole)
 {
-    return b->face_split[face] ? 3 : psurf__size_of_face(b->desc, face);
-}
-
-static uint32_t psurf__face_pieces(const psurf__builder *b, uint32_t face)
-{
-    return b->face_split[face] ? psurf__size_of_face(b->desc, face) : 1;
+    const uint32_t size = psurf__facet_size(b, face, piece);
+    if (b->desc->split == PSURF_SPLIT_PM)
+        return psurf__classify_pm(b, psurf__piece_start(b, face, piece), size, pole);
+    return size == 4 ? PSURF_PN_QUAD : psurf__triangle_kind(b, face);
 }
 
 static void psurf__sort_facets(psurf__builder *b, psurf_topology *t)
 {
     uint32_t count[PSURF_KIND_COUNT] = {0}, f, k, pole = 0;
     for (f = 0; f < b->faces; f++) {
-        psurf_kind kind = psurf__classify(b, b->face_corner[f], psurf__facet_size(b, f), &pole);
+        const uint32_t pieces = psurf__face_pieces(b, f);
+        const psurf_kind kind = psurf__classify(b, f, 0, &pole);
+        const psurf_kind last = b->centres ? kind : psurf__classify(b, f, pieces - 1, &pole);
         b->face_kind[f] = (unsigned char)kind;
-        count[kind] += psurf__face_pieces(b, f);
+        count[kind] += pieces - 1;
+        count[last]++;
         if (b->face_split[f]) t->info.ngon_faces++;
         else t->info.kind_faces[kind]++;
     }
@@ -1991,7 +2259,7 @@ static uint32_t psurf__find_root(uint32_t *parent, uint32_t v)
 
 static uint32_t psurf__count_components(psurf__builder *b)
 {
-    const uint32_t vertices = b->vertices + b->splits;
+    const uint32_t vertices = b->vertices + b->centres;
     uint32_t *parent = b->count, v, c, n = 0;
     for (v = 0; v < vertices; v++) parent[v] = v;
     for (c = 0; c < b->corners; c++) {
@@ -2023,10 +2291,13 @@ static void psurf__carve_topology(const psurf__builder *b, psurf_topology *t, ps
     t->spokes = PSURF__CARVE_TABLE(block, psurf_spoke, b->spoke_count);
     t->corners = PSURF__CARVE_TABLE(block, psurf_corner, b->corners);
     t->facets = PSURF__CARVE_TABLE(block, psurf_facet, b->facets);
-    t->edges = PSURF__CARVE_TABLE(block, psurf_edge, (uint64_t)b->edges + b->hard_edges);
+    t->edges = PSURF__CARVE_TABLE(block, psurf_edge,
+                                  (uint64_t)b->edges + b->hard_edges + b->inner_edges);
     t->trig = PSURF__CARVE_TABLE(block, psurf_trig, b->trig_count);
     t->face_facet = PSURF__CARVE_TABLE(block, uint32_t, b->faces);
-    t->centres = PSURF__CARVE_TABLE(block, uint32_t, b->splits);
+    t->centres = PSURF__CARVE_TABLE(block, uint32_t, b->centres);
+    if (b->normal && b->desc->split != PSURF_SPLIT_PM)
+        t->ring_normals = PSURF__CARVE_TABLE(block, uint32_t, b->ring_count);
     if (psurf__has_blends(b->desc))
         t->blends = PSURF__CARVE_TABLE(block, psurf_real, b->spoke_count);
     t->table_bytes = block->used - t->table_bytes;
@@ -2069,7 +2340,7 @@ static void psurf__fill_starts(const psurf__builder *b, psurf_topology *t)
 }
 
 /* The side of its edge that a corner lies on: hard edges have a second one, numbered after all
-   edges in the order of faces. */
+   edges in the order of faces. Inner edges of fans from an apex come last. */
 static void psurf__fill_edge(psurf__builder *b, psurf_topology *t, uint32_t c, uint32_t at)
 {
     const uint32_t e = b->edge[c], twin = b->twin[c];
@@ -2080,7 +2351,7 @@ static void psurf__fill_edge(psurf__builder *b, psurf_topology *t, uint32_t c, u
     }
     if (twin != PSURF_NONE && twin < c) {
         t->edges[e].other = at;
-        if (!b->edge_hard[e]) {
+        if (psurf__is_inner(b, c) || !b->edge_hard[e]) {
             t->corners[at].edge = e;
             return;
         }
@@ -2111,28 +2382,43 @@ static void psurf__fill_writer(psurf__builder *b, psurf_topology *t, uint32_t c,
     if (b->count[b->ring[c]]++ == 0) t->corners[at].ring |= PSURF_WRITER;
 }
 
+/* One piece of a face, to the next place of its kind. */
+static void psurf__fill_facet(psurf__builder *b, psurf_topology *t, uint32_t face, uint32_t piece,
+                              uint32_t *next)
+{
+    uint32_t i, pole = 0;
+    const psurf_kind kind = psurf__classify(b, face, piece, &pole);
+    const uint32_t facet = next[kind]++, size = psurf__kind_sides(kind);
+    const uint32_t c = psurf__piece_start(b, face, piece), at = psurf__facet_corner(t, kind, facet);
+    t->facets[facet].face = face;
+    t->facets[facet].piece = piece | (b->face_split[face] ? PSURF_SPLIT_FACE : 0);
+    if (kind == PSURF_POLAR) t->facets[facet].piece |= (pole + 1) % 3 << 16;
+    if (b->face_split[face] && !b->centres) t->facets[facet].piece |= b->face_apex[face] << 16;
+    for (i = 0; i < size; i++) {
+        psurf__fill_corner(b, t, c + i, at + i);
+        if (!psurf__is_inner(b, c + i)) psurf__fill_writer(b, t, c + i, at + i);
+    }
+}
+
 static void psurf__fill_facets(psurf__builder *b, psurf_topology *t)
 {
-    uint32_t next[PSURF_KIND_COUNT], f, i, p, r, pole = 0, centre = 0;
+    uint32_t next[PSURF_KIND_COUNT], f, i, p, r, centre = 0;
     for (i = 0; i < PSURF_KIND_COUNT; i++) next[i] = t->kind_first[i];
     for (r = 0; r < b->ring_count; r++) b->count[r] = 0;
     for (f = 0; f < b->faces; f++) {
-        const psurf_kind kind = (psurf_kind)b->face_kind[f];
-        const uint32_t size = psurf__kind_sides(kind), pieces = psurf__face_pieces(b, f);
-        const uint32_t split = b->face_split[f];
-        t->face_facet[f] = next[kind];
-        if (split) t->centres[centre++] = f;
-        for (p = 0; p < pieces; p++) {
-            const uint32_t facet = next[kind]++, c = b->face_corner[f] + p * size;
-            const uint32_t at = psurf__facet_corner(t, kind, facet);
-            t->facets[facet].face = f;
-            t->facets[facet].piece = p | (split ? PSURF_SPLIT_FACE : 0);
-            if (psurf__classify(b, c, size, &pole) == PSURF_POLAR)
-                t->facets[facet].piece |= (pole + 1) % 3 << 16;
-            for (i = 0; i < size; i++) psurf__fill_corner(b, t, c + i, at + i);
-            for (i = 0; i < (split ? 1 : size); i++) psurf__fill_writer(b, t, c + i, at + i);
-        }
+        const uint32_t pieces = psurf__face_pieces(b, f);
+        t->face_facet[f] = next[b->face_kind[f]];
+        if (b->face_split[f] && b->centres) t->centres[centre++] = f;
+        for (p = 0; p < pieces; p++) psurf__fill_facet(b, t, f, p, next);
     }
+}
+
+/* All corners of a ring name the same normal: else an edge between them were hard. */
+static void psurf__fill_normals(const psurf__builder *b, psurf_topology *t)
+{
+    uint32_t r;
+    if (!t->ring_normals) return;
+    for (r = 0; r < b->ring_count; r++) t->ring_normals[r] = b->normal[b->ring_corner[r]];
 }
 
 static int psurf__is_wide(const psurf__builder *b, uint32_t c)
@@ -2175,7 +2461,7 @@ static psurf_real psurf__blend_of(const psurf__builder *b, uint32_t e, uint32_t 
 {
     const psurf_mesh_desc *d = b->desc;
     const psurf_edge_tag *tag = NULL;
-    if (e != PSURF_INNER_EDGE && b->edge_tag[e] != PSURF_NONE) tag = &d->edges[b->edge_tag[e]];
+    if (e < b->edges && b->edge_tag[e] != PSURF_NONE) tag = &d->edges[b->edge_tag[e]];
     if (tag && (tag->flags & PSURF_BLEND)) return tag->v0 == v ? tag->blend0 : tag->blend1;
     return d->flags & PSURF_DEFAULT_BLEND ? d->default_blend : PSURF__R(2.0 / 3.0);
 }
@@ -2208,13 +2494,17 @@ static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes,
     info->rings = b->ring_count;
     info->spokes = b->spoke_count;
     info->facets = b->facets;
-    info->centres = b->splits;
+    info->centres = b->centres;
     info->edge_sides = b->edges + b->hard_edges;
+    info->inner_edges = b->inner_edges;
     info->bytes = bytes;
     info->peak_bytes = bytes + scratch;
     t->corner_count = b->corners;
     t->trig_count = b->trig_count;
     t->vertex_rings = b->vertex_rings;
+    t->split = b->desc->split;
+    t->mixed = b->desc->face_schemes != NULL;
+    if (t->mixed && b->faces) t->mixed_first = (psurf_scheme)b->desc->face_schemes[0];
 }
 
 /* ---- the steps ---- */
@@ -2223,10 +2513,12 @@ static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes,
 static psurf_result psurf__connect(psurf__builder *b)
 {
     psurf_result result = psurf__link_faces(b);
+    if (result == PSURF_OK) result = psurf__check_schemes(b);
     if (result == PSURF_OK) result = psurf__check_positions(b);
     if (result == PSURF_OK) result = psurf__pair_half_edges(b);
     if (result == PSURF_OK) result = psurf__apply_tags(b);
     if (result != PSURF_OK) return result;
+    psurf__find_folds(b);
     psurf__count_valences(b);
     psurf__mark_splits(b);
     return psurf__count_facets(b);
@@ -2256,6 +2548,7 @@ static psurf_result psurf__make_topology(psurf__builder *b, const psurf_allocato
     psurf__fill_facets(b, t);
     psurf__fill_last_spokes(b, t);
     psurf__fill_blends(b, t);
+    psurf__fill_normals(b, t);
     psurf__fill_info(b, t, bytes, scratch);
     *out = t;
     return PSURF_OK;
@@ -2268,15 +2561,16 @@ static psurf_result psurf__build_facets(psurf__builder *b, const psurf_allocator
     const psurf__builder faces = *b;
     psurf__block block = {NULL, 0};
     psurf_result result;
-    uint32_t *vertex = NULL;
+    psurf__pieces pieces = {NULL, NULL};
     size_t bytes;
-    psurf__carve_facets(b, &block, &vertex);
+    psurf__carve_facets(b, &block, &pieces);
     result = psurf__allocate(allocator, &block, &bytes);
     if (result != PSURF_OK) return psurf__fail_nowhere(b, result);
-    psurf__carve_facets(b, &block, &vertex);
+    psurf__carve_facets(b, &block, &pieces);
     if (b->splits) {
-        psurf__split_faces(b, &faces, vertex);
-        b->vertex = vertex;
+        psurf__split_faces(b, &faces, &pieces);
+        b->vertex = pieces.vertex;
+        if (b->normal) b->normal = pieces.normal;
     }
     result = psurf__walk_rings(b);
     if (result == PSURF_OK) result = psurf__assign_trig(b);
@@ -2300,10 +2594,45 @@ static psurf_result psurf__build(psurf__builder *b, const psurf_allocator *alloc
     if (result != PSURF_OK) return psurf__fail_nowhere(b, result);
     psurf__carve_faces(b, &block);
     b->vertex = b->desc->face_vertices;
+    b->normal = b->desc->face_normals;
     result = psurf__connect(b);
     if (result == PSURF_OK) result = psurf__build_facets(b, allocator, bytes, topology);
     allocator->release(allocator->ctx, block.base, bytes);
     return result;
+}
+
+/* The first facet of a kind whose face is not before one. */
+static uint32_t psurf__first_facet(const psurf_topology *t, psurf_kind kind, uint32_t face)
+{
+    uint32_t low = t->kind_first[kind], high = t->kind_first[kind + 1];
+    while (low < high) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (t->facets[middle].face < face) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+/* The facet of a piece of a split face. Pieces follow each other; but where quads leave a last
+   triangle, that stands among the triangles. */
+static uint32_t psurf__piece_facet(const psurf_topology *t, uint32_t face, uint32_t size,
+                                   uint32_t piece)
+{
+    const uint32_t first = t->face_facet[face];
+    if (piece > 0 && psurf__piece_size(t->split, size, piece) !=
+                         psurf__piece_size(t->split, size, 0))
+        return psurf__first_facet(t, PSURF_PN_TRI, face);
+    return first + piece;
+}
+
+/* The corner where half-edge j starts of a face that is split from its apex, counted from there. */
+static const psurf_corner *psurf__find_fan_corner(const psurf_topology *t, uint32_t face,
+                                                  uint32_t size, uint32_t j)
+{
+    uint32_t piece;
+    const uint32_t corner = psurf__fan_corner(t->split, size, j, &piece);
+    const uint32_t facet = psurf__piece_facet(t, face, size, piece);
+    return t->corners + psurf__facet_corner(t, psurf__facet_kind(t, facet), facet) + corner;
 }
 
 PSURF_API psurf_result psurf_topology_create(const psurf_mesh_desc *desc, psurf_topology **topology,
@@ -2356,11 +2685,13 @@ PSURF_API void psurf_topology_tables(const psurf_topology *topology, psurf_table
     tables->spokes = psurf__table(t->spokes, t->info.spokes, sizeof(psurf_spoke));
     tables->corners = psurf__table(t->corners, t->corner_count, sizeof(psurf_corner));
     tables->facets = psurf__table(t->facets, t->info.facets, sizeof(psurf_facet));
-    tables->edges = psurf__table(t->edges, t->info.edge_sides, sizeof(psurf_edge));
+    tables->edges = psurf__table(t->edges, t->info.edge_sides + t->info.inner_edges,
+                                 sizeof(psurf_edge));
     tables->trig = psurf__table(t->trig, t->trig_count, sizeof(psurf_trig));
     tables->blends = psurf__table(t->blends, t->info.spokes, sizeof(psurf_real));
     tables->face_facet = psurf__table(t->face_facet, t->info.faces, sizeof(uint32_t));
     tables->centres = psurf__table(t->centres, t->info.centres, sizeof(uint32_t));
+    tables->ring_normals = psurf__table(t->ring_normals, t->info.rings, sizeof(uint32_t));
     for (k = 0; k <= PSURF_KIND_COUNT; k++) {
         tables->kind_first[k] = t->kind_first[k];
         tables->kind_first_corner[k] = t->kind_first_corner[k];
@@ -2413,10 +2744,23 @@ static psurf_real *psurf__limit(const psurf_patches *p, uint32_t ring)
     return psurf__scratch(p, p->layout.limit_offset, 3 * (size_t)ring);
 }
 
+static psurf_real *psurf__vertex_normal(const psurf_patches *p, uint32_t ring)
+{
+    return psurf__scratch(p, p->layout.normal_offset, 3 * (size_t)ring);
+}
+
 static psurf_real *psurf__tangent(const psurf_patches *p, uint32_t spoke)
 {
     return psurf__scratch(p, p->layout.spoke_offset, 6 * (size_t)spoke);
 }
+
+/* What a construction desc says to the schemes. */
+typedef struct psurf__options {
+    psurf_real sigma;
+    psurf_variant variant;
+    psurf_shading shading;
+    uint32_t flags;
+} psurf__options;
 
 /* The control mesh of a frame. */
 typedef struct psurf__control {
@@ -2425,6 +2769,10 @@ typedef struct psurf__control {
     const psurf_real *centres;                          /* of split faces: ids from vertices on */
     uint32_t vertices;
     const psurf_real *blends;                           /* per spoke, or NULL */
+    const psurf_real *normals;                          /* given ones, or NULL */
+    size_t normal_stride;                               /* in reals */
+    psurf_normal_mode normal_mode;
+    psurf__options options;
 } psurf__control;
 
 static psurf__control psurf__control_of(const psurf_patches *p, const psurf_construct_desc *desc)
@@ -2435,6 +2783,13 @@ static psurf__control psurf__control_of(const psurf_patches *p, const psurf_cons
     control.centres = p->scratch ? psurf__centre(p, 0) : NULL;
     control.vertices = p->topology->info.vertices;
     control.blends = desc->blends ? desc->blends : p->topology->blends;
+    control.normals = desc->normals;
+    control.normal_stride = desc->normal_stride ? desc->normal_stride / sizeof(psurf_real) : 3;
+    control.normal_mode = desc->normal_mode;
+    control.options.sigma = desc->flags & PSURF_SIGMA ? desc->sigma : PSURF__R(0.5);
+    control.options.variant = desc->variant;
+    control.options.shading = desc->shading;
+    control.options.flags = desc->flags;
     return control;
 }
 
@@ -2541,36 +2896,52 @@ static PSURF__INLINE psurf__v4 psurf__ring_face_point(const psurf__control *cont
     return psurf__face_offset(edge->end, next->end, across);
 }
 
-/* A closed ring: face points, limit point, tangents T1 and T2, tangent points. Sums run over
-   offsets from p, so that they keep their digits far from the origin. */
-static void psurf__closed_ring(const psurf_patches *patches, const psurf__control *control,
-                               const psurf_ring *ring, psurf_real *limit)
+/* Limit point, and tangents T1 and T2 there. */
+typedef struct psurf__frame { psurf__v4 v, t1, t2; } psurf__frame;
+
+/* The frame of a closed ring, and its face points to out unless that is NULL. Sums run over offsets
+   from p, so that they keep their digits far from the origin. */
+static PSURF__INLINE psurf__frame psurf__closed_frame(const psurf_topology *t,
+                                                      const psurf__control *control,
+                                                      const psurf_ring *ring, psurf_real *out)
 {
-    const psurf_topology *t = patches->topology;
     const psurf_trig *rows = t->trig + ring->trig;
     const uint32_t n = psurf__valence(ring), first = ring->first_spoke;
     const psurf__v4 zero = psurf__zero4(), p = psurf__get4(psurf__point_at(control, ring->point));
     const psurf__ring_edge first_edge = psurf__read_edge(t, control, ring, p, first);
-    psurf_real *out = psurf__tangent(patches, first);
-    psurf__v4 sum = zero, t1 = zero, t2 = zero, f, v;
+    psurf__v4 sum = zero, f;
     psurf__ring_edge edge = first_edge, next;
+    psurf__frame frame;
     uint32_t j;
+    frame.t1 = frame.t2 = zero;
     for (j = 0; j < n; j++, edge = next) {
         const psurf_trig here = rows[1 + j], there = rows[j + 1 == n ? 1 : 2 + j];
         next = j + 1 == n ? first_edge : psurf__read_edge(t, control, ring, p, first + j + 1);
         f = psurf__ring_face_point(control, &t->spokes[first + j], p, &edge, &next);
         sum = psurf__add4(sum, f);
-        t1 = psurf__mad4(t1, here.c + there.c, f);      /* sum of c_j e_j, by parts */
-        t2 = psurf__mad4(t2, here.s + there.s, f);
-        psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
+        frame.t1 = psurf__mad4(frame.t1, here.c + there.c, f);  /* sum of c_j e_j, by parts */
+        frame.t2 = psurf__mad4(frame.t2, here.s + there.s, f);
+        if (out) psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
     }
-    v = psurf__mad4(p, rows[0].c, sum);                 /* eq. 13 */
-    t1 = psurf__mul4(t1, rows[0].s);                    /* eq. 15 */
-    t2 = psurf__mul4(t2, rows[0].s);
-    psurf__put4(limit, v);
-    for (j = 0; j < n; j++)                             /* eq. 16 */
+    frame.v = psurf__mad4(p, rows[0].c, sum);           /* eq. 13 */
+    frame.t1 = psurf__mul4(frame.t1, rows[0].s);        /* eq. 15 */
+    frame.t2 = psurf__mul4(frame.t2, rows[0].s);
+    return frame;
+}
+
+/* A closed ring: face points, limit point, tangent points. */
+static void psurf__closed_ring(const psurf_patches *patches, const psurf__control *control,
+                               const psurf_ring *ring, psurf_real *limit)
+{
+    const psurf_trig *rows = patches->topology->trig + ring->trig;
+    psurf_real *out = psurf__tangent(patches, ring->first_spoke);
+    const psurf__frame frame = psurf__closed_frame(patches->topology, control, ring, out);
+    uint32_t j;
+    psurf__put4(limit, frame.v);
+    for (j = 0; j < psurf__valence(ring); j++)          /* eq. 16 */
         psurf__put4(out + 6 * (size_t)j,
-                    psurf__add4(v, psurf__mix4(rows[1 + j].c, t1, rows[1 + j].s, t2)));
+                    psurf__add4(frame.v, psurf__mix4(rows[1 + j].c, frame.t1,
+                                                     rows[1 + j].s, frame.t2)));
 }
 
 /* The same where four facets meet and all blend ratios are 2/3: all cosines and sines are 0, 1 or
@@ -2650,36 +3021,110 @@ static void psurf__sharp_ends(const psurf_topology *t, const psurf__control *con
     }
 }
 
-/* An open ring: a boundary, or one side of hard edges (ours; the cut's own row enters no interior
-   edge, so eq. 7 holds at all of them). */
-static void psurf__open_ring(const psurf_patches *patches, const psurf__control *control,
-                             const psurf_ring *ring, psurf_real *limit)
+/* The frame of an open ring: a boundary, or one side of hard edges (ours; the cut's own row enters
+   no interior edge, so eq. 7 holds at all of them). d: as psurf__sharp_ends; its face points to out
+   unless that is NULL. */
+static PSURF__INLINE psurf__frame psurf__open_frame(const psurf_topology *t,
+                                                    const psurf__control *control,
+                                                    const psurf_ring *ring, psurf__v4 d[2],
+                                                    psurf_real *out)
 {
-    const psurf_topology *t = patches->topology;
     const psurf_trig *rows = t->trig + ring->trig;
     const uint32_t k = psurf__valence(ring) - 1, first = ring->first_spoke;
     const psurf__v4 p = psurf__get4(psurf__point_at(control, ring->point));
-    psurf_real *out = psurf__tangent(patches, first);
-    psurf__v4 v, d[2], offset, e, f, before = psurf__zero4(), t2 = before;
+    psurf__v4 offset, e, f, before = psurf__zero4(), t2 = before;
     psurf__ring_edge edge = psurf__read_edge(t, control, ring, p, first), next;
+    psurf__frame frame;
     uint32_t j;
-    psurf__sharp_ends(t, control, ring, p, &v, d);
-    offset = psurf__sub4(v, p);
+    psurf__sharp_ends(t, control, ring, p, &frame.v, d);
+    offset = psurf__sub4(frame.v, p);
     for (j = 0; j < k; j++, before = f, edge = next) {
         next = psurf__read_edge(t, control, ring, p, first + j + 1);
         f = psurf__ring_face_point(control, &t->spokes[first + j], p, &edge, &next);
         e = psurf__sub4(psurf__mul4(psurf__add4(before, f), PSURF__R(0.5)), offset);
         if (j > 0) t2 = psurf__mad4(t2, 4 * rows[0].s * rows[1 + j].s, e);
-        psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
+        if (out) psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
     }
-    if (ring->valence & PSURF_RING_CORNER) t2 = d[1];
-    psurf__put4(limit, v);
-    psurf__put4(out, psurf__add4(v, d[0]));
-    psurf__put4(out + 6 * (size_t)k, psurf__add4(v, d[1]));
-    psurf__put4(out + 6 * (size_t)k + 3, v);            /* never used, yet defined */
+    frame.t1 = d[0];
+    frame.t2 = ring->valence & PSURF_RING_CORNER ? d[1] : t2;
+    return frame;
+}
+
+/* An open ring: face points, limit point, tangent points. */
+static void psurf__open_ring(const psurf_patches *patches, const psurf__control *control,
+                             const psurf_ring *ring, psurf_real *limit)
+{
+    const psurf_trig *rows = patches->topology->trig + ring->trig;
+    const uint32_t k = psurf__valence(ring) - 1;
+    psurf_real *out = psurf__tangent(patches, ring->first_spoke);
+    psurf__v4 d[2];
+    const psurf__frame frame = psurf__open_frame(patches->topology, control, ring, d, out);
+    uint32_t j;
+    psurf__put4(limit, frame.v);
+    psurf__put4(out, psurf__add4(frame.v, d[0]));
+    psurf__put4(out + 6 * (size_t)k, psurf__add4(frame.v, d[1]));
+    psurf__put4(out + 6 * (size_t)k + 3, frame.v);      /* never used, yet defined */
     for (j = 1; j < k; j++)
         psurf__put4(out + 6 * (size_t)j,
-                    psurf__add4(v, psurf__mix4(rows[1 + j].c, d[0], rows[1 + j].s, t2)));
+                    psurf__add4(frame.v, psurf__mix4(rows[1 + j].c, frame.t1,
+                                                     rows[1 + j].s, frame.t2)));
+}
+
+/* ---- points and normals, for the schemes that know no more of a vertex ---- */
+
+/* Normals of the facets of a ring, added up: unit ones, or, by area, twice the area long. A quad's
+   is that of its diagonals. */
+static psurf__v3 psurf__facet_normals(const psurf_topology *t, const psurf__control *control,
+                                      const psurf_ring *ring, int by_area)
+{
+    const uint32_t facets = psurf__ring_facets(ring), n = psurf__valence(ring);
+    const psurf_spoke *spokes = t->spokes + ring->first_spoke;
+    const psurf__v3 p = psurf__position(control, ring->point);
+    psurf__v3 sum = psurf__zero();
+    uint32_t j;
+    for (j = 0; j < facets; j++) {
+        const uint32_t next = spokes[j + 1 == n ? 0 : j + 1].end;
+        const psurf__v3 e = psurf__sub(psurf__position(control, spokes[j].end), p);
+        const psurf__v3 f = psurf__sub(psurf__position(control, next), p);
+        psurf__v3 normal = psurf__cross(e, f);
+        if (spokes[j].after != next)
+            normal = psurf__cross(psurf__sub(psurf__position(control, spokes[j].after), p),
+                                  psurf__sub(f, e));
+        sum = psurf__add(sum, by_area ? normal : psurf__unit(normal));
+    }
+    return sum;
+}
+
+static psurf__v3 psurf__from4(psurf__v4 a)
+{
+    psurf_real p[3];
+    psurf__put4(p, a);
+    return psurf__get(p);
+}
+
+/* Point and normal of a ring: given, averaged, or pm's ([PN] 1: feed limit data). */
+static void psurf__point_normal_pass(const psurf_patches *patches, const psurf__control *control,
+                                     uint32_t index)
+{
+    const psurf_topology *t = patches->topology;
+    const psurf_ring *ring = &t->rings[index];
+    psurf__v3 p = psurf__position(control, ring->point), n = psurf__zero();
+    if (control->normals) {
+        const size_t which = t->ring_normals ? t->ring_normals[index] : ring->point;
+        n = psurf__unit(psurf__get(control->normals + which * control->normal_stride));
+    } else if (control->normal_mode == PSURF_NORMALS_LIMIT) {
+        psurf__v4 d[2];
+        const psurf__frame frame = ring->valence & PSURF_RING_OPEN
+                                       ? psurf__open_frame(t, control, ring, d, NULL)
+                                       : psurf__closed_frame(t, control, ring, NULL);
+        p = psurf__from4(frame.v);
+        n = psurf__unit_cross(psurf__from4(frame.t1), psurf__from4(frame.t2));
+    }
+    if (!control->normals && psurf__dot(n, n) <= 0)
+        n = psurf__unit(psurf__facet_normals(t, control, ring,
+                                             control->normal_mode == PSURF_NORMALS_AREA));
+    psurf__put(psurf__limit(patches, index), p);
+    psurf__put(psurf__vertex_normal(patches, index), n);
 }
 
 static void psurf__vertex_pass(const psurf_patches *patches, const psurf__control *control,
@@ -2687,7 +3132,9 @@ static void psurf__vertex_pass(const psurf_patches *patches, const psurf__contro
 {
     const psurf_ring *ring = &patches->topology->rings[index];
     psurf_real *limit = psurf__limit(patches, index);
-    if (ring->valence & PSURF_RING_OPEN) psurf__open_ring(patches, control, ring, limit);
+    if (patches->topology->split != PSURF_SPLIT_PM)
+        psurf__point_normal_pass(patches, control, index);
+    else if (ring->valence & PSURF_RING_OPEN) psurf__open_ring(patches, control, ring, limit);
     else if (psurf__valence(ring) == 4 && !control->blends)
         psurf__regular_ring(patches, control, ring, limit);
     else psurf__closed_ring(patches, control, ring, limit);
@@ -2983,7 +3430,7 @@ static PSURF__INLINE void psurf__pm_sectors(const psurf__vertex_data *data, uint
 /* The corner that a facet's parameters start from: A of a polar facet, else 0. */
 static uint32_t psurf__turn(const psurf_topology *t, uint32_t facet)
 {
-    return t->facets[facet].piece >> 16 & 3;
+    return t->split == PSURF_SPLIT_PM ? t->facets[facet].piece >> 16 & 3 : 0;
 }
 
 /* Facets first to end-1, all of one kind, into consecutive patches. In each case the number of
@@ -3023,14 +3470,6 @@ typedef struct psurf__local {
     psurf__v3 normal;                   /* of the triangle, unit */
     psurf__local_edge edge[4];
 } psurf__local;
-
-/* What a construction desc says to the schemes. */
-typedef struct psurf__options {
-    psurf_real sigma;
-    psurf_variant variant;
-    psurf_shading shading;
-    uint32_t flags;
-} psurf__options;
 
 /* From a facet to the points of its patch, in the order that psurf_kind tells. */
 typedef void psurf__local_rule(const psurf__local *l, const psurf__options *options,
@@ -3072,10 +3511,83 @@ static void psurf__cubic_pn(const psurf__local *l, const psurf__options *options
     (void)l, (void)options, (void)out;
 }
 
+/* ---- point-normal schemes: from the tables to the rules ---- */
+
+/* The kind of patch of facets filed under a kind. */
+static psurf_kind psurf__patch_kind(const psurf_patches *p, psurf_kind kind);
+
+/* A corner: its point, its normal on this side. Returns the vertex. */
+static uint32_t psurf__read_point_normal(const psurf_patches *p, uint32_t corner, psurf__v3 *point,
+                                         psurf__v3 *normal)
+{
+    const uint32_t ring = p->topology->corners[corner].ring & ~PSURF_WRITER;
+    *point = psurf__get(psurf__limit(p, ring));
+    *normal = psurf__get(psurf__vertex_normal(p, ring));
+    return p->topology->rings[ring].point;
+}
+
+static psurf__v3 psurf__triangle_normal(psurf__v3 a, psurf__v3 b, psurf__v3 c)
+{
+    return psurf__unit(psurf__cross(psurf__sub(b, a), psurf__sub(c, a)));
+}
+
+/* What lies across edge i of a facet of size corners. The facet across runs the other way: its
+   half-edge starts where ours ends. */
+static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t size, uint32_t i,
+                               psurf__local *l)
+{
+    const psurf_topology *t = p->topology;
+    const uint32_t other = psurf__corner_across(t, corner), next = psurf__following(i, size);
+    psurf__local_edge *edge = &l->edge[i];
+    uint32_t facet, place, first, sides;
+    psurf__v3 begin, end;
+    edge->border = other == PSURF_NONE;
+    edge->begin = l->n[i];
+    edge->end = l->n[next];
+    edge->apex = l->p[psurf__following(next, size)];
+    edge->apex_normal = l->n[psurf__following(next, size)];
+    edge->normal = l->normal;
+    if (edge->border) return;
+    facet = psurf__corner_facet(t, other, &place);
+    sides = psurf__kind_sides(psurf__facet_kind(t, facet));
+    first = other - place;
+    place = psurf__following(place, sides);
+    psurf__read_point_normal(p, other, &end, &edge->end);
+    psurf__read_point_normal(p, first + place, &begin, &edge->begin);
+    psurf__read_point_normal(p, first + psurf__following(place, sides), &edge->apex,
+                             &edge->apex_normal);
+    edge->normal = psurf__triangle_normal(end, begin, edge->apex);
+}
+
+/* A facet of size corners from first on. */
+static void psurf__read_local(const psurf_patches *p, uint32_t first, uint32_t size,
+                              psurf__local *l)
+{
+    uint32_t vertex[4], i;
+    for (i = 0; i < size; i++)
+        vertex[i] = psurf__read_point_normal(p, first + i, &l->p[i], &l->n[i]);
+    l->normal = psurf__triangle_normal(l->p[0], l->p[1], l->p[2]);
+    for (i = 0; i < size; i++) {
+        psurf__read_across(p, first + i, size, i, l);
+        l->edge[i].turned = vertex[i] > vertex[psurf__following(i, size)];
+    }
+}
+
+/* The rule for facets filed under a kind. */
+static psurf__local_rule *psurf__rule_of(const psurf_patches *p, psurf_kind kind);
+
 static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
                                 psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out)
 {
-    (void)p, (void)control, (void)kind, (void)first, (void)end, (void)out;
+    const uint32_t sides = psurf__kind_sides(kind);
+    const size_t reals = 3 * (size_t)psurf__kind_table[psurf__patch_kind(p, kind)].points;
+    psurf__local_rule *const rule = psurf__rule_of(p, kind);
+    uint32_t corner = psurf__facet_corner(p->topology, kind, first), i;
+    psurf__local local;
+    for (i = first; i < end; i++, corner += sides, out += reals) {
+        psurf__read_local(p, corner, sides, &local);
+        rule(&local, &control->options, out);
+    }
 }
 
 /* ---- the table of schemes, and the passes that run them ---- */
@@ -3107,11 +3619,42 @@ static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
     {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, psurf__local_facets, NULL, NULL}
 };
 
+static psurf_kind psurf__scheme_triangle(psurf_scheme scheme)
+{
+    return psurf__schemes[scheme].triangle;
+}
+
+static psurf_kind psurf__patch_kind(const psurf_patches *p, psurf_kind kind)
+{
+    return kind == PSURF_PN_TRI ? psurf__schemes[p->scheme].triangle : kind;
+}
+
+/* In a mix, that of the scheme that makes this kind from the curves that the mix has. */
+static psurf__local_rule *psurf__rule_of(const psurf_patches *p, psurf_kind kind)
+{
+    const unsigned curves = (unsigned)p->topology->mixed_first;
+    uint32_t s = (uint32_t)p->scheme;
+    if (kind == PSURF_PN_QUAD) return psurf__schemes[s].quad;
+    if (p->scheme == PSURF_MIXED)
+        for (s = PSURF_PN; psurf__schemes[s].triangle != kind ||
+                           psurf__curves_of(s) != psurf__curves_of(curves);) s++;
+    return psurf__schemes[s].rule;
+}
+
 static psurf_real *psurf__patch_points(const psurf_patches *p, psurf_kind kind, uint32_t facet)
 {
     const size_t index = facet - p->topology->kind_first[kind];
-    psurf_real *block = (psurf_real *)(void *)((char *)p->patches + p->layout.kind[kind].offset);
-    return block + index * 3 * p->layout.kind[kind].points;
+    const psurf_kind_block *at = &p->layout.kind[psurf__patch_kind(p, kind)];
+    psurf_real *block = (psurf_real *)(void *)((char *)p->patches + at->offset);
+    return block + index * 3 * at->points;
+}
+
+static uint32_t psurf__count_patches(const psurf_topology *t, psurf_scheme scheme, uint32_t kind)
+{
+    const uint32_t triangle = (uint32_t)psurf__schemes[scheme].triangle;
+    const uint32_t filed = kind == triangle ? (uint32_t)PSURF_PN_TRI : kind;
+    if (kind == (uint32_t)PSURF_PN_TRI && kind != triangle) return 0;
+    return t->kind_first[filed + 1] - t->kind_first[filed];
 }
 
 PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_scheme scheme,
@@ -3119,10 +3662,14 @@ PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_
 {
     psurf__block patches = {NULL, 0}, scratch = {NULL, 0};
     uint32_t k;
+    int pm;
     if (!topology || !layout || (uint32_t)scheme >= PSURF_SCHEME_COUNT) return PSURF_BAD_DESC;
+    if (psurf__schemes[scheme].split != topology->split ||
+        (scheme == PSURF_MIXED) != topology->mixed) return PSURF_BAD_SPLIT;
+    pm = topology->split == PSURF_SPLIT_PM;
     for (k = 0; k < PSURF_KIND_COUNT; k++) {
         psurf_kind_block *block = &layout->kind[k];
-        block->count = topology->kind_first[k + 1] - topology->kind_first[k];
+        block->count = psurf__count_patches(topology, scheme, k);
         block->points = psurf__kind_table[k].points;
         psurf__carve(&patches, 0, 1, 256);
         block->offset = patches.used;
@@ -3135,7 +3682,10 @@ PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_
     psurf__carve(&scratch, topology->info.rings, 3 * sizeof(psurf_real), 1);
     psurf__carve(&scratch, 0, 1, 256);
     layout->spoke_offset = scratch.used;
-    psurf__carve(&scratch, topology->info.spokes, 6 * sizeof(psurf_real), 1);
+    psurf__carve(&scratch, pm ? topology->info.spokes : 0, 6 * sizeof(psurf_real), 1);
+    psurf__carve(&scratch, 0, 1, pm ? 1 : 256);
+    layout->normal_offset = scratch.used;
+    psurf__carve(&scratch, pm ? 0 : topology->info.rings, 3 * sizeof(psurf_real), 1);
     layout->patch_bytes = patches.used;
     layout->scratch_bytes = scratch.used;
     layout->pass_items[PSURF_PASS_CENTRES] = topology->info.centres;
@@ -3168,8 +3718,15 @@ static uint32_t psurf__range_end(uint32_t first, uint32_t count, uint32_t items)
 
 static int psurf__construct_desc_ok(const psurf_construct_desc *desc)
 {
+    const uint32_t known = PSURF_SIGMA | PSURF_COONS | PSURF_FOLDS | PSURF_NEARLY_FLAT |
+                           PSURF_PLANE_NORMALS;
     return desc && !desc->_start_canary && !desc->_end_canary && desc->positions &&
-           desc->position_stride % sizeof(psurf_real) == 0;
+           desc->position_stride % sizeof(psurf_real) == 0 &&
+           desc->normal_stride % sizeof(psurf_real) == 0 && !(desc->flags & ~known) &&
+           (uint32_t)desc->normal_mode < PSURF_NORMALS_COUNT &&
+           (uint32_t)desc->variant < PSURF_N_COUNT &&
+           (uint32_t)desc->shading < PSURF_SHADE_COUNT &&
+           (!(desc->flags & PSURF_SIGMA) || psurf__finite(desc->sigma));
 }
 
 PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
@@ -3212,16 +3769,18 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
 {
     const psurf_topology *t = patches->topology;
     psurf_patch patch;
+    psurf_kind filed;
     patch.kind = PSURF_BICUBIC;
     patch.face = patch.sector = PSURF_NONE;
     patch.point_count = 0;
     patch.points = NULL;
     if (index >= t->info.facets) return patch;
-    patch.kind = psurf__facet_kind(t, index);
+    filed = psurf__facet_kind(t, index);
+    patch.kind = psurf__patch_kind(patches, filed);
     patch.face = t->facets[index].face;
     patch.sector = t->facets[index].piece & 0xFFFFu;
     patch.point_count = psurf__kind_table[patch.kind].points;
-    patch.points = psurf__patch_points(patches, patch.kind, index);
+    patch.points = psurf__patch_points(patches, filed, index);
     return patch;
 }
 
@@ -3492,6 +4051,35 @@ static const psurf__kind_row psurf__kinds[PSURF_KIND_COUNT] = {
     {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BOUNDARY_EDGES}
 };
 
+/* ---- quads of two triangles, from corner turn on ---- */
+
+/* Weights of the unit square, turned so that the apex is its origin; then piece 0 lies below the
+   diagonal from there, piece 1 above. */
+static void psurf__halves_locate(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
+                                 psurf__spot *spot)
+{
+    static const unsigned char u0[4] = {0, 2, 1, 3}, u1[4] = {1, 3, 0, 2};
+    static const unsigned char v0[4] = {2, 1, 3, 0}, v1[4] = {3, 0, 2, 1};
+    const psurf_real x = w[u1[turn]], y = w[v1[turn]];
+    (void)sector;
+    spot->sector = y > x;
+    spot->edge = PSURF_NONE;
+    if (y > x) psurf__set_weights(spot, w[v0[turn]], x, y - x, d);
+    else psurf__set_weights(spot, w[u0[turn]], x - y, y, d);
+}
+
+static void psurf__halves_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *jet)
+{
+    static const signed char cosine[4] = {1, 0, -1, 0}, sine[4] = {0, 1, 0, -1};
+    const psurf_real xu = cosine[turn], xv = sine[turn], yu = -sine[turn], yv = cosine[turn];
+    if (spot->sector) psurf__linear_pull(xu, yu - xu, xv, yv - xv, jet);
+    else psurf__linear_pull(xu - yu, yu, xv - yv, yv, jet);
+}
+
+static const psurf__kind_row psurf__halves = {
+    2, psurf__halves_locate, psurf__halves_pull, PSURF__BEZIER_EDGES
+};
+
 /* ---- what the kernels are asked for ---- */
 
 /* Eight spots on patches of one kind. Those from count on repeat the first. */
@@ -3649,11 +4237,7 @@ static psurf__point psurf__line_point(const psurf__run *r, uint32_t k)
     return at;
 }
 
-/* Of normals, in squares of sines and of lengths: du and dv count as parallel, or need scaling. */
-#define PSURF__PARALLEL (sizeof(psurf_real) == 4 ? PSURF__R(4e-6) : PSURF__R(8e-15))
 #define PSURF__EIGHTH PSURF__R(0.125)
-#define PSURF__SHORT PSURF__R(1e-20)
-#define PSURF__LONG PSURF__R(1e20)
 
 static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
                                psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8]);
@@ -5253,6 +5837,7 @@ static psurf__v3 psurf__edge_point(psurf__v3 v0, psurf__v3 t0, psurf__v3 t1, psu
 
 /* A facet ready to be evaluated. */
 typedef struct psurf__view {
+    psurf_kind kind;
     const psurf__kind_row *row;
     const psurf_real *points;
     uint32_t turn;
@@ -5260,30 +5845,13 @@ typedef struct psurf__view {
 
 static psurf__view psurf__view_facet(const psurf_patches *p, uint32_t facet)
 {
-    const psurf_kind kind = psurf__facet_kind(p->topology, facet);
+    const psurf_kind filed = psurf__facet_kind(p->topology, facet);
     psurf__view view;
-    view.row = &psurf__kinds[kind];
-    view.points = psurf__patch_points(p, kind, facet);
+    view.kind = psurf__patch_kind(p, filed);
+    view.row = &psurf__kinds[view.kind];
+    view.points = psurf__patch_points(p, filed, facet);
     view.turn = psurf__turn(p->topology, facet);
     return view;
-}
-
-/* du x dv at unit length; 0 where the two are parallel to working precision. The common case is one
-   cross product and one square root; extreme lengths take the scaled path. */
-static psurf__v3 psurf__unit_cross(psurf__v3 du, psurf__v3 dv)
-{
-    const psurf_real eps = PSURF__PARALLEL;
-    psurf__v3 n = psurf__cross(du, dv);
-    psurf_real q = psurf__dot(n, n), lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
-    if (!(lengths > PSURF__SHORT && lengths < PSURF__LONG)) {
-        du = psurf__scaled(du);
-        dv = psurf__scaled(dv);
-        n = psurf__cross(du, dv);
-        q = psurf__dot(n, n);
-        lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
-    }
-    if (q <= eps * eps * lengths) return psurf__zero();
-    return psurf__mul(n, 1 / psurf__sqrt(q));
 }
 
 /* Moves a spot a little towards the middle of its domain. */
@@ -5369,23 +5937,37 @@ static psurf_real psurf__clamp(psurf_real x)
 /* A place on a face: weights w over the denominator d, as chapter 6 takes them. */
 typedef struct psurf__place {
     uint32_t face, size, sector;
+    uint32_t shape;                     /* what w are: of a triangle 3, a square 4, a sector 5 */
     psurf_real w[4], d;
 } psurf__place;
 
-/* The place of a sample of any bytes. */
+/* What the parameters of a sector of a face are: pieces of faces that are split from an apex, of
+   five corners or more, have those of a triangle or a square. */
+static uint32_t psurf__shape_of(const psurf_topology *t, uint32_t size, uint32_t sector)
+{
+    if (size < 5) return size;
+    return t->split == PSURF_SPLIT_PM ? 5 : psurf__piece_size(t->split, size, sector);
+}
 
+static uint32_t psurf__sectors_of(const psurf_topology *t, uint32_t size)
+{
+    return size < 5 ? 1 : psurf__piece_count(t->split, size);
+}
+
+/* The place of a sample of any bytes. */
 static psurf__place psurf__find_place(const psurf_topology *t, const psurf_sample *sample)
 {
     psurf__place place;
     psurf_real u = psurf__clamp(sample->u), v = psurf__clamp(sample->v), rest;
+    uint32_t sectors;
     place.d = 1;
     place.face = sample->face < t->info.faces ? sample->face : t->info.faces - 1;
     place.size = psurf__face_size(t, place.face);
-    place.sector = place.size < 5                ? 0
-                   : sample->sector < place.size ? sample->sector
-                                                 : place.size - 1;
+    sectors = psurf__sectors_of(t, place.size);
+    place.sector = place.size < 5 ? 0 : sample->sector < sectors ? sample->sector : sectors - 1;
+    place.shape = psurf__shape_of(t, place.size, place.sector);
     place.w[3] = v;
-    if (place.size == 4) {
+    if (place.shape == 4) {
         place.w[0] = 1 - u;
         place.w[1] = u;
         place.w[2] = 1 - v;
@@ -5398,51 +5980,47 @@ static psurf__place psurf__find_place(const psurf_topology *t, const psurf_sampl
         v = 1 - u;
         rest = 0;
     }
-    place.w[0] = place.size == 3 ? rest : u;
-    place.w[1] = place.size == 3 ? u : v;
-    place.w[2] = place.size == 3 ? v : rest;
+    place.w[0] = place.shape == 3 ? rest : u;
+    place.w[1] = place.shape == 3 ? u : v;
+    place.w[2] = place.shape == 3 ? v : rest;
     return place;
 }
 
-/* The row that cuts a face into sectors as P3, P4, P5 are: its pieces if it is split. */
-static const psurf__kind_row *psurf__sector_row(uint32_t size)
+/* The row that cuts a split face into its pieces, and how it is turned: that of P3, P4, P5 for pm.
+   NULL where parameters are those of the pieces. */
+static const psurf__kind_row *psurf__split_row(const psurf_topology *t, uint32_t face,
+                                               uint32_t size, uint32_t *turn)
 {
-    return &psurf__kinds[PSURF_P3 + (size < 5 ? size : 5) - 3];
-}
-
-/* From a face to its facet. Of a split face it is a piece, a triangle of two corners and the
-   centre: sector and weights become those of the piece, outer keeps where it lies. */
-static uint32_t psurf__enter_piece(const psurf_topology *t, uint32_t face, uint32_t size,
-                                   uint32_t *sector, psurf_real *w, psurf__spot *outer)
-{
-    const uint32_t facet = t->face_facet[face];
-    uint32_t k;
-    outer->sector = PSURF_NONE;
-    if (!(t->facets[facet].piece & PSURF_SPLIT_FACE)) return facet;
-    psurf__sector_row(size)->locate(0, *sector, w, 1, outer);
-    *sector = 0;
-    for (k = 0; k < 3; k++) w[k] = outer->w[k];
-    return facet + outer->sector;
+    *turn = 0;
+    if (!psurf__is_split(t, face)) return NULL;
+    if (t->split == PSURF_SPLIT_PM) return &psurf__kinds[PSURF_P3 + (size < 5 ? size : 5) - 3];
+    *turn = psurf__face_apex(t, face);
+    return size == 4 ? &psurf__halves : NULL;
 }
 
 /* Places become batches in blocks of this many. */
 #define PSURF__BLOCK 32u
 
-/* A place on its facet. */
+/* A place on its facet. Of a split face it lies on a piece: outer keeps where. */
 typedef struct psurf__target {
     psurf__view view;
-    psurf_kind kind;
-    uint32_t outer_size;                /* of the split face, or 0 */
+    const psurf__kind_row *outer_row;   /* that cut the face, or NULL */
+    uint32_t outer_turn;
     psurf__spot spot, outer;
 } psurf__target;
 
 static void psurf__find_target(const psurf_patches *p, psurf__place place, psurf__target *target)
 {
-    const uint32_t facet = psurf__enter_piece(p->topology, place.face, place.size, &place.sector,
-                                              place.w, &target->outer);
-    target->outer_size = target->outer.sector == PSURF_NONE ? 0 : place.size;
-    target->kind = psurf__facet_kind(p->topology, facet);
-    target->view = psurf__view_facet(p, facet);
+    const psurf_topology *t = p->topology;
+    uint32_t piece = psurf__shape_of(t, place.size, 0) == 5 ? 0 : place.sector, k;
+    target->outer_row = psurf__split_row(t, place.face, place.size, &target->outer_turn);
+    if (target->outer_row) {
+        target->outer_row->locate(target->outer_turn, place.sector, place.w, 1, &target->outer);
+        piece = target->outer.sector;
+        place.sector = 0;
+        for (k = 0; k < 3; k++) place.w[k] = target->outer.w[k];
+    }
+    target->view = psurf__view_facet(p, psurf__piece_facet(t, place.face, place.size, piece));
     target->view.row->locate(target->view.turn, place.sector, place.w, place.d, &target->spot);
 }
 
@@ -5459,7 +6037,7 @@ static void psurf__finish_jet(const psurf__target *t, int second, psurf__jet *je
     }
     if (!second) jet->duu = jet->duv = jet->dvv = psurf__zero();
     t->view.row->pull(&t->spot, t->view.turn, jet);
-    if (t->outer_size) psurf__sector_row(t->outer_size)->pull(&t->outer, 0, jet);
+    if (t->outer_row) t->outer_row->pull(&t->outer, t->outer_turn, jet);
 }
 
 /* Evaluates up to PSURF__BLOCK places; all lanes of a batch have one kind of patch. */
@@ -5475,7 +6053,7 @@ static void psurf__eval_places(const psurf_patches *p, const psurf__place *place
     for (kind = 0; kind < PSURF_KIND_COUNT; kind++)
         for (i = 0, batch.count = 0; i <= count; i++) {
             unsigned unsure;
-            if (i < count && targets[i].kind == (psurf_kind)kind) {
+            if (i < count && targets[i].view.kind == (psurf_kind)kind) {
                 if (batch.count == 0)
                     psurf__lone_batch(&batch, (psurf_kind)kind, targets[i].view.points,
                                       &targets[i].spot);
@@ -5491,7 +6069,7 @@ static void psurf__eval_places(const psurf_patches *p, const psurf__place *place
                 psurf__jet *jet = &jets[index[j]];
                 *jet = out[j];
                 if (unsure >> j & 1)
-                    jet->n = psurf__normal(target->kind, target->view.points, &target->spot,
+                    jet->n = psurf__normal(target->view.kind, target->view.points, &target->spot,
                                            jet->du, jet->dv);
                 psurf__finish_jet(target, second, jet);
             }
@@ -5555,8 +6133,9 @@ PSURF_API const char *psurf_simd_name(void) { return psurf__best_kernels()->name
 
 typedef struct psurf__lattice {
     const psurf_topology *topology;
-    const psurf_corner *corners;        /* of the face, each the first of step */
+    const psurf_corner *corners;        /* of the face, each the first of step; unless apex counts */
     uint32_t face, size, rate, step;
+    uint32_t apex;                      /* of faces that are split there, else PSURF_NONE */
     uint32_t edge_base;                 /* welded: number of the first edge sample */
     uint64_t base;                      /* first vertex of the face; welded: its first inside */
     int welded;
@@ -5569,19 +6148,26 @@ static uint64_t psurf__points_before(const psurf_topology *t, uint32_t face, uin
     const psurf__start s = psurf__face_start(t, face);
     const uint64_t sectors = s.corner - 3 * (uint64_t)s.triangles - 4 * (uint64_t)s.quads;
     return s.triangles * per_triangle + s.quads * per_quad + sectors * per_sector +
-           (face - s.triangles - s.quads) * per_centre;
+           (face - s.triangles - s.quads) * per_centre;     /* may be negative: modulo 2^64 */
+}
+
+/* What a face of five corners or more has besides its sectors: its centre; but one that is split
+   from an apex has a triangle less at two of its corners, and the lines to those. */
+static uint64_t psurf__more_points(const psurf_topology *t, uint64_t r)
+{
+    return t->split == PSURF_SPLIT_PM ? 1 : 1 - r * r;
 }
 
 static uint64_t psurf__face_points_before(const psurf_topology *t, uint32_t face, uint64_t r)
 {
     return psurf__points_before(t, face, (r + 1) * (r + 2) / 2, (r + 1) * (r + 1), r * (r + 1) / 2,
-                                1);
+                                psurf__more_points(t, r));
 }
 
 static uint64_t psurf__insides_before(const psurf_topology *t, uint32_t face, uint64_t r)
 {
     return psurf__points_before(t, face, r > 1 ? (r - 1) * (r - 2) / 2 : 0, (r - 1) * (r - 1),
-                                r * (r - 1) / 2, 1);
+                                r * (r - 1) / 2, psurf__more_points(t, r));
 }
 
 /* Welded vertices on edges and corners: all before the insides. Centres are insides. */
@@ -5592,16 +6178,19 @@ static uint64_t psurf__insides_base(const psurf_topology *t, uint64_t r)
 
 static uint64_t psurf__triangles_before(const psurf_topology *t, uint32_t face, uint64_t r)
 {
-    return psurf__points_before(t, face, r * r, 2 * r * r, r * r, 0);
+    return psurf__points_before(t, face, r * r, 2 * r * r, r * r,
+                                t->split == PSURF_SPLIT_PM ? 0 : 0 - 2 * r * r);
 }
 
 static void psurf__face_lattice(const psurf_topology *t, uint32_t face, uint32_t rate, int welded,
                                 psurf__lattice *l)
 {
     const uint32_t facet = t->face_facet[face];
+    const int split = psurf__is_split(t, face), fan = split && t->split != PSURF_SPLIT_PM;
     l->topology = t;
     l->corners = t->corners + psurf__facet_corner(t, psurf__facet_kind(t, facet), facet);
-    l->step = t->facets[facet].piece & PSURF_SPLIT_FACE ? 3 : 1;
+    l->step = split ? 3 : 1;
+    l->apex = fan ? psurf__face_apex(t, face) : PSURF_NONE;
     l->face = face;
     l->size = psurf__face_size(t, face);
     l->rate = rate;
@@ -5611,15 +6200,22 @@ static void psurf__face_lattice(const psurf_topology *t, uint32_t face, uint32_t
                      : psurf__face_points_before(t, face, rate);
 }
 
+/* The corner where edge i of the face starts. */
+static const psurf_corner *psurf__lattice_corner(const psurf__lattice *l, uint32_t i)
+{
+    if (l->apex == PSURF_NONE) return &l->corners[l->step * i];
+    return psurf__find_fan_corner(l->topology, l->face, l->size, (i + l->size - l->apex) % l->size);
+}
+
 /* Number of the sample at step k of edge i, and whether this face writes it. */
 static uint32_t psurf__edge_vertex(const psurf__lattice *l, uint32_t i, uint32_t k, int *writes)
 {
-    const psurf_corner *corner = &l->corners[l->step * i];
+    const psurf_corner *corner = psurf__lattice_corner(l, i);
     const int forward = (corner->edge & PSURF_WRITER) != 0;
     uint32_t edge;
     if (k == 0 || k == l->rate) {
         const uint32_t at = k ? psurf__following(i, l->size) : i;
-        const uint32_t ring = l->corners[l->step * at].ring;
+        const uint32_t ring = psurf__lattice_corner(l, at)->ring;
         *writes = (ring & PSURF_WRITER) != 0;
         return ring & ~PSURF_WRITER;
     }
@@ -5671,12 +6267,47 @@ static uint32_t psurf__sector_vertex(const psurf__lattice *l, uint32_t sector, u
     return (uint32_t)l->base + sector * per_sector + psurf__rows(y, r) - first_row * r + x;
 }
 
+/* Number of the sample at step k of half-edge j, counted from the apex. */
+static uint32_t psurf__fan_edge_vertex(const psurf__lattice *l, uint32_t j, uint32_t k, int *writes)
+{
+    return psurf__edge_vertex(l, (l->apex + j) % l->size, k, writes);
+}
+
+/* Faces of five corners or more that are split from an apex: piece by piece. The line between two
+   pieces belongs to the lower one. */
+static uint32_t psurf__fan_vertex(const psurf__lattice *l, uint32_t piece, uint32_t x, uint32_t y,
+                                  int *writes)
+{
+    const psurf_split split = l->topology->split;
+    const uint32_t r = l->rate, last = psurf__piece_count(split, l->size) - 1;
+    const uint32_t whole = psurf__piece_size(split, l->size, 0) == 4 ? 2 : 1;   /* in halves */
+    uint32_t quad, base = (uint32_t)l->base, first, j;
+    if (y == 0 && piece > 0) {
+        piece = x ? piece - 1 : 0;
+        y = x;
+        x = 0;
+    }
+    quad = psurf__piece_size(split, l->size, piece) == 4;
+    if (!l->welded)
+        return base + piece * whole * (r * (r + 1) / 2) +
+               (quad ? y * (r + 1) : psurf__rows(y, r + 1)) + x;
+    j = 1 + piece * whole;                              /* half-edge from the piece's corner 1 */
+    if (y == 0) return psurf__fan_edge_vertex(l, 0, x, writes);
+    if (quad ? x == r : x + y == r) return psurf__fan_edge_vertex(l, j, y, writes);
+    if (quad && y == r) return psurf__fan_edge_vertex(l, j + 1, r - x, writes);
+    if (piece == last && x == 0) return psurf__fan_edge_vertex(l, l->size - 1, r - y, writes);
+    base += piece * whole * (r * (r - 1) / 2);
+    first = piece == last;                              /* x of the first point of a row */
+    return base + (quad ? (y - 1) * (r - first) : psurf__rows(y - 1, r - 1 - first)) + x - first;
+}
+
 static uint32_t psurf__lattice_vertex(const psurf__lattice *l, uint32_t sector, uint32_t x,
                                       uint32_t y, int *writes)
 {
     *writes = 1;
     if (l->size == 3) return psurf__triangle_vertex(l, x, y, writes);
     if (l->size == 4) return psurf__quad_vertex(l, x, y, writes);
+    if (l->apex != PSURF_NONE) return psurf__fan_vertex(l, sector, x, y, writes);
     return psurf__sector_vertex(l, sector, x, y, writes);
 }
 
@@ -5701,25 +6332,28 @@ static void psurf__write_place(const psurf__lattice *l, uint32_t sector, uint32_
 {
     int writes;
     const size_t index = psurf__lattice_vertex(l, sector, x, y, &writes) - out->first_vertex;
+    const uint32_t shape = psurf__shape_of(l->topology, l->size, sector);
     const psurf_real rate = PSURF__R(l->rate);
     psurf_sample *where = &out->where[index];
     if (!writes) return;
     where->face = l->face;
     where->sector = sector;
-    where->u = PSURF__R(l->size < 5 ? x : l->rate - x - y) / rate;
-    where->v = PSURF__R(l->size < 5 ? y : x) / rate;
+    where->u = PSURF__R(shape < 5 ? x : l->rate - x - y) / rate;
+    where->v = PSURF__R(shape < 5 ? y : x) / rate;
 }
 
 static void psurf__write_places(const psurf__lattice *l, const psurf_tess_out *out)
 {
-    const uint32_t r = l->rate, sectors = l->size < 5 ? 1 : l->size;
+    const uint32_t r = l->rate, sectors = psurf__sectors_of(l->topology, l->size);
     uint32_t s, x, y;
-    for (s = 0; s < sectors; s++)
-        for (y = 0; y <= r; y++) {
-            const uint32_t row = l->size == 4 ? r + 1 : l->size == 3 ? r - y + 1 : r - y;
+    for (s = 0; s < sectors; s++) {
+        const uint32_t shape = psurf__shape_of(l->topology, l->size, s);
+        for (y = shape < 5 && s > 0; y <= r; y++) {
+            const uint32_t row = shape == 4 ? r + 1 : shape == 3 ? r - y + 1 : r - y;
             for (x = 0; x < row; x++) psurf__write_place(l, s, x, y, out);
         }
-    if (l->size >= 5) psurf__write_place(l, 0, 0, r, out);
+    }
+    if (l->size >= 5 && l->apex == PSURF_NONE) psurf__write_place(l, 0, 0, r, out);
 }
 
 /* ---- positions and normals: groups of facets ---- */
@@ -5746,21 +6380,36 @@ static void psurf__store_vertex(const psurf_tess_out *out, size_t index, const p
     for (i = 0; i < 3 && to_n; i++) to_n[i] = n[i];
 }
 
-/* A sample with a place of its own: it may belong to another face, or to the next piece of a split
-   face, a triangle whose third corner is the centre; there the first piece writes the centre. */
+/* From a lattice point of a piece to that of its face. Returns whether this piece writes it. Pieces
+   round a centre are triangles with the centre as third corner; the first writes that. */
+static int psurf__leave_piece(const psurf__lattice *l, uint32_t piece, psurf__point *at,
+                              uint32_t *sector)
+{
+    const uint32_t r = l->rate;
+    uint32_t u, v;
+    *sector = piece;
+    if (l->apex == PSURF_NONE) return at->x + at->y < r || (at->x == 0 && piece == 0);
+    if (at->y == 0 && piece > 0) return 0;
+    if (l->size > 4) return 1;
+    u = piece ? at->x : at->x + at->y;                  /* as psurf__halves_locate */
+    v = piece ? at->x + at->y : at->y;
+    *sector = 0;
+    at->x = l->apex == 0 ? u : l->apex == 1 ? r - v : l->apex == 2 ? r - u : v;
+    at->y = l->apex == 0 ? v : l->apex == 1 ? u : l->apex == 2 ? r - v : r - u;
+    return 1;
+}
+
+/* A sample with a place of its own: it may belong to another face, or to another piece. */
 static void psurf__put_vertex(const psurf__run *r, uint32_t lane, uint32_t k,
                               const psurf_real *sample)
 {
     const psurf__output *o = (const psurf__output *)r->group->to;
     const psurf__lattice *l = &o->lattice[lane];
-    const psurf__point at = psurf__line_point(r, k);
     const uint32_t piece = o->piece[lane];
+    psurf__point at = psurf__line_point(r, k);
     uint32_t sector = r->group->kind == PSURF_P5 ? r->sector : 0, vertex;
     int writes;
-    if (piece != PSURF_NONE) {
-        if (at.x + at.y == l->rate && (at.x > 0 || piece > 0)) return;
-        sector = piece;
-    }
+    if (piece != PSURF_NONE && !psurf__leave_piece(l, piece, &at, &sector)) return;
     vertex = psurf__lattice_vertex(l, sector, at.x, at.y, &writes);
     if (writes) psurf__store_vertex(o->out, vertex, sample, sample + 3);
 }
@@ -5870,7 +6519,8 @@ static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o,
     if (g->count == 8) psurf__run_group(job, g, o);
 }
 
-/* A split triangle or quad: its lattice runs across its pieces, which lie where they may. */
+/* A triangle or quad that is split round its centre: its lattice runs across its pieces, which lie
+   where they may. */
 static void psurf__write_split_face(const psurf__job *job, uint32_t face)
 {
     psurf__lattice l;
@@ -5886,6 +6536,7 @@ static void psurf__write_split_face(const psurf__job *job, uint32_t face)
             places[count].face = face;
             places[count].size = l.size;
             places[count].sector = 0;
+            places[count].shape = l.size;
             places[count].d = PSURF__R(l.rate);
             psurf__lattice_weights(l.size, l.rate, x, y, places[count].w);
             count += (uint32_t)writes;
@@ -5896,18 +6547,6 @@ static void psurf__write_split_face(const psurf__job *job, uint32_t face)
             count = 0;
         }
     }
-}
-
-/* The first facet of a kind whose face is not before one. */
-static uint32_t psurf__first_facet(const psurf_topology *t, psurf_kind kind, uint32_t face)
-{
-    uint32_t low = t->kind_first[kind], high = t->kind_first[kind + 1];
-    while (low < high) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (t->facets[middle].face < face) low = middle + 1;
-        else high = middle;
-    }
-    return low;
 }
 
 /* Whole faces of each turn, and pieces of split ones, gather in groups of their own. */
@@ -5923,7 +6562,7 @@ static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t fi
         const psurf_facet *facet = &t->facets[i];
         if (!(facet->piece & PSURF_SPLIT_FACE)) {
             k = psurf__turn(t, i);
-        } else if (psurf__face_size(t, facet->face) > 4) {
+        } else if (t->split != PSURF_SPLIT_PM || psurf__face_size(t, facet->face) > 4) {
             k = 3;
         } else {
             if ((facet->piece & 0xFFFFu) == 0) psurf__write_split_face(job, facet->face);
@@ -5957,15 +6596,16 @@ static void psurf__write_index(psurf__indices *out, uint32_t sector, uint32_t x,
     else out->narrow[out->at++] = (uint16_t)(vertex - out->first_vertex);
 }
 
-/* The one or two triangles of the cell at (x, y); triangular lattices end in cells with one. */
+/* The one or two triangles of the cell at (x, y); triangular lattices end in cells with one. A quad
+   of two triangles may be cut along the other diagonal: rising. */
 static void psurf__write_cell(psurf__indices *out, uint32_t sector, uint32_t x, uint32_t y,
-                              int both)
+                              int both, uint32_t rising)
 {
     psurf__write_index(out, sector, x, y);
     psurf__write_index(out, sector, x + 1, y);
-    psurf__write_index(out, sector, x, y + 1);
+    psurf__write_index(out, sector, x + rising, y + 1);
     if (!both) return;
-    psurf__write_index(out, sector, x + 1, y);
+    psurf__write_index(out, sector, x + 1 - rising, y);
     psurf__write_index(out, sector, x + 1, y + 1);
     psurf__write_index(out, sector, x, y + 1);
 }
@@ -5973,14 +6613,17 @@ static void psurf__write_cell(psurf__indices *out, uint32_t sector, uint32_t x, 
 static void psurf__write_indices(psurf__indices *out)
 {
     const psurf__lattice *l = out->lattice;
-    const uint32_t r = l->rate, sectors = l->size < 5 ? 1 : l->size;
+    const uint32_t r = l->rate, sectors = psurf__sectors_of(l->topology, l->size);
+    const uint32_t rising = l->size == 4 && l->apex != PSURF_NONE && l->apex % 2 == 0;
     uint32_t s, x, y;
-    for (s = 0; s < sectors; s++)
+    for (s = 0; s < sectors; s++) {
+        const int quad = psurf__shape_of(l->topology, l->size, s) == 4;
         for (y = 0; y < r; y++) {
-            const uint32_t cells = l->size == 4 ? r : r - y;
+            const uint32_t cells = quad ? r : r - y;
             for (x = 0; x < cells; x++)
-                psurf__write_cell(out, s, x, y, l->size == 4 || x + 1 < cells);
+                psurf__write_cell(out, s, x, y, quad || x + 1 < cells, rising);
         }
+    }
 }
 
 PSURF_API psurf_result psurf_tessellate_size(const psurf_topology *topology,
@@ -6062,13 +6705,22 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
     return PSURF_OK;
 }
 
-/* The weight of corner c of the face at a place. */
-static psurf_real psurf__corner_weight(const psurf__place *place, uint32_t c)
+/* The weight of corner c of the face at a place; of a piece, its corner 0 is the apex, and the
+   others follow those of the pieces before. */
+static psurf_real psurf__corner_weight(const psurf_topology *t, const psurf__place *place,
+                                       uint32_t c)
 {
     const psurf_real *w = place->w;
     psurf_real weight;
-    if (place->size == 3) return w[c];
-    if (place->size == 4) return (c == 1 || c == 2 ? w[1] : w[0]) * (c < 2 ? w[2] : w[3]);
+    if (place->size > 4 && place->shape < 5) {
+        const uint32_t from_apex = c + place->size - psurf__face_apex(t, place->face);
+        const uint32_t before = place->sector * (psurf__piece_size(t->split, place->size, 0) - 2);
+        c = from_apex % place->size;
+        if (c > 0 && (c <= before || c - before >= place->shape)) return 0;
+        c -= c ? before : 0;
+    }
+    if (place->shape == 3) return w[c];
+    if (place->shape == 4) return (c == 1 || c == 2 ? w[1] : w[0]) * (c < 2 ? w[2] : w[3]);
     weight = w[2] / PSURF__R(place->size);
     if (c == place->sector) weight += w[0];
     if (c == psurf__following(place->sector, place->size)) weight += w[1];
@@ -6089,7 +6741,7 @@ PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sam
         const float *values = corner_values + first * width;
         for (k = 0; k < width; k++) out[k] = 0;
         for (c = 0; c < place.size; c++, values += width) {
-            const float weight = (float)psurf__corner_weight(&place, c);
+            const float weight = (float)psurf__corner_weight(t, &place, c);
             for (k = 0; k < width; k++) out[k] += weight * values[k];
         }
     }
@@ -6129,16 +6781,6 @@ PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample 
             psurf__jet_curvature(&jets[k], gauss ? gauss + i + k : NULL,
                                  mean ? mean + i + k : NULL);
     }
-}
-
-/* Facet, edge and kind of a corner of the facet tables. */
-static uint32_t psurf__corner_facet(const psurf_topology *t, uint32_t corner, uint32_t *edge)
-{
-    uint32_t k = 0, place;
-    while (corner >= t->kind_first_corner[k + 1]) k++;
-    place = corner - t->kind_first_corner[k];
-    *edge = place % psurf__kind_sides((psurf_kind)k);
-    return t->kind_first[k] + place / psurf__kind_sides((psurf_kind)k);
 }
 
 /* Samples of an edge are compared in chunks of this many. */
@@ -6191,21 +6833,20 @@ static void psurf__put_probe(const psurf__run *r, uint32_t lane, uint32_t k,
 /* Fills the samples of a side from step chunk on, counted from its own first corner. */
 static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk)
 {
+    const psurf__view view = psurf__view_facet(side->patches, side->facet);
     psurf__group g;
     uint32_t i;
     side->chunk = chunk;
-    g.kind = psurf__facet_kind(side->patches->topology, side->facet);
+    g.kind = view.kind;
     g.count = 1;
     g.rate = rate;
-    g.turn = psurf__turn(side->patches->topology, side->facet);
+    g.turn = view.turn;
     g.normals = g.border_only = 1;
     g.apart = PSURF__ALL_APART;
     g.aim = NULL;
     g.put = psurf__put_probe;
     g.to = side;
-    for (i = 0; i < 8; i++) {
-        g.points[i] = psurf__patch_points(side->patches, g.kind, side->facet);
-    }
+    for (i = 0; i < 8; i++) g.points[i] = view.points;
     psurf__best_kernels()->lattice(&g);
 }
 
@@ -6398,7 +7039,7 @@ static void psurf__facet_box(const psurf_patches *patches, uint32_t facet, psurf
     psurf__spot spot;
     uint32_t i, k;
     psurf__clear(&spot, sizeof spot);
-    psurf__lone_batch(&batch, psurf__facet_kind(patches->topology, facet), view.points, &spot);
+    psurf__lone_batch(&batch, view.kind, view.points, &spot);
     batch.count = view.row->sectors;
     for (i = 0; i < batch.count; i++) batch.spot[i].sector = i;
     psurf__best_kernels()->hull(&batch, low, high);
@@ -6413,13 +7054,13 @@ static void psurf__face_box(const psurf_patches *patches, uint32_t face, psurf_r
 {
     const psurf_topology *t = patches->topology;
     const psurf_real eps = sizeof(psurf_real) == 4 ? PSURF__R(1e-6) : PSURF__R(2e-15);
-    const uint32_t first = t->face_facet[face];
-    const int split = (t->facets[first].piece & PSURF_SPLIT_FACE) != 0;
-    const uint32_t pieces = split ? psurf__face_size(t, face) : 1;
+    const uint32_t first = t->face_facet[face], corners = psurf__face_size(t, face);
+    const uint32_t pieces = psurf__is_split(t, face) ? psurf__piece_count(t->split, corners) : 1;
     psurf_real size = 0;
     uint32_t p, k;
     for (k = 0; k < 6; k++) box[k] = psurf__view_facet(patches, first).points[k % 3];
-    for (p = 0; p < pieces; p++) psurf__facet_box(patches, first + p, box);
+    for (p = 0; p < pieces; p++)
+        psurf__facet_box(patches, psurf__piece_facet(t, face, corners, p), box);
     for (k = 0; k < 6; k++)
         if (psurf__abs(box[k]) > size) size = psurf__abs(box[k]);
     for (k = 0; k < 6; k++) box[k] += (k < 3 ? -eps : eps) * size;              /* for rounding */
