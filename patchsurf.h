@@ -726,13 +726,13 @@ typedef struct psurf_check_result {
     uint32_t fallback_edges;            /* PSURF_EDGE_FALLBACK in a facet beside them */
 } psurf_check_result;
 
-/* Compares edges first_edge .. first_edge+edge_count-1 (of psurf_info.edges) from both sides, at
-   rate+1 samples each, exactly as per-face tessellation writes them.
+/* Compares edges first_edge .. first_edge+edge_count-1 (of psurf_info.edges, then inner_edges) from
+   both sides, at rate+1 samples each, exactly as per-face tessellation writes them.
    desc: what the patches were constructed from. Pairs count as degenerate on edges shorter than
    1e-5 of the bounding box diagonal, beside faces with a corner angle below 0.5 degrees, at tips of
    slits (the two sharp edges of a ring less than 0.5 degrees apart), and where a normal is
-   zero. Hard edges, and those with a blend ratio of 0 at an end, are compared for cracks alone and
-   counted as sharp_edges. Boundary edges have one side and are passed over.
+   zero. Hard edges, and for pm those with a blend ratio of 0 at an end, are compared for cracks
+   alone and counted as sharp_edges. Boundary edges have one side and are passed over.
    Returns PSURF_OK, or BAD_DESC as psurf_construct_pass and psurf_tessellate_size. No allocation.
    Threads: any; sums over ranges add up, maxima combine. Every call reads all positions once, for
    the diagonal: few large ranges are cheaper than many small ones. Beyond rate 128 the time grows
@@ -3475,40 +3475,620 @@ typedef struct psurf__local {
 typedef void psurf__local_rule(const psurf__local *l, const psurf__options *options,
                                psurf_real *out);
 
+/* ---- point-normal schemes: boundary curves ---- */
+
+/* A square that is smaller than this part of another is rounding: sines and ratios below 1e-5, in
+   double 1e-12. */
+#define PSURF__SLIGHT (sizeof(psurf_real) == 4 ? PSURF__R(1e-10) : PSURF__R(1e-24))
+
+static psurf__v3 psurf__unit(psurf__v3 a)
+{
+    const psurf__v3 s = psurf__scaled(a);
+    const psurf_real q = psurf__dot(s, s);
+    return q > 0 ? psurf__mul(s, 1 / psurf__sqrt(q)) : s;
+}
+
+/* d without its part along n. */
+static psurf__v3 psurf__tangential(psurf__v3 d, psurf__v3 n)
+{
+    return psurf__mad(d, -psurf__dot(d, n), n);
+}
+
+/* How an inner point of a boundary curve follows from the normals at its ends. Each rule's number
+   is the mu that goes with it on hard edges. */
+typedef enum psurf__curve_rule {
+    PSURF__BY_PROJECTION,               /* [PN] (1), [N] 1.1.5 */
+    PSURF__BY_LENGTH,                   /* [GB] 2.2: a third of the chord long */
+    PSURF__BY_WM                        /* [GB] 2.3: Walton and Meek's */
+} psurf__curve_rule;
+
+/* The boundary curve of an edge, p0 p0+h0 p1+h1 p1. Both facets compute it, from the same values but
+   with its ends swapped, and must get the same bits: so one function makes either handle, to which
+   the edge runs from the near end to the far one, and which is even in what changes sign where the
+   normals of the two sides are swapped. */
+typedef struct psurf__curve {
+    psurf__v3 chord, handle[2];
+    psurf__v3 normal[2];                /* that both sides have, or their mean; hard ends: unused */
+    int hard;
+} psurf__curve;
+
+/* From an end of a smooth edge to its inner point; d leads to the far end. */
+static psurf__v3 psurf__smooth_handle(psurf__curve_rule rule, psurf__v3 d, psurf__v3 near_normal,
+                                      psurf__v3 far_normal)
+{
+    const psurf__v3 t = psurf__tangential(d, near_normal);
+    const psurf_real third = PSURF__R(1.0 / 3.0);
+    psurf_real a, a0, a1, scale;
+    if (rule == PSURF__BY_PROJECTION) return psurf__mul(t, third);
+    if (rule == PSURF__BY_LENGTH) {
+        if (!(psurf__dot(t, t) > PSURF__SLIGHT * psurf__dot(d, d))) return psurf__zero();
+        return psurf__mul(psurf__unit(t), third * psurf__dot(d, psurf__unit(d)));
+    }
+    a = psurf__dot(near_normal, far_normal);
+    a0 = psurf__dot(d, near_normal);
+    a1 = psurf__dot(d, far_normal);
+    scale = 1 / (4 - a * a);                                              /* in 1/4 .. 1/3 */
+    d = psurf__mad(d, -2 * scale * (2 * a0 + a * a1), near_normal);
+    return psurf__mul(psurf__mad(d, scale * (2 * a1 + a * a0), far_normal), third);
+}
+
+/* The same where the tangent of the curve must lie on the line e, whose length and sign do not
+   matter. It is a third of the chord long, at most 1.061 times that, and with mu = 2 on a circular
+   arc exactly what Walton and Meek's rule gives. */
+static psurf__v3 psurf__line_handle(psurf__curve_rule rule, psurf__v3 d, psurf__v3 e)
+{
+    const psurf_real mu = (psurf_real)rule;
+    const psurf__v3 u = psurf__unit(e);
+    const psurf_real k = psurf__dot(psurf__unit(d), u);
+    return psurf__mul(u, (1 + mu) * psurf__dot(d, u) / (3 * (1 + mu * k * k)));
+}
+
+/* The line of the tangent at an end whose two sides have the normals m and n: it lies in both
+   tangent planes. (m-n) x (m+n) = 2 m x n, which near m = n keeps the digits that m x n would lose,
+   and exactly changes its sign where m and n are swapped. 1 degree apart, the end is hard. */
+static psurf__v3 psurf__end_line(psurf__v3 d, psurf__v3 m, psurf__v3 n, int *hard)
+{
+    const psurf__v3 difference = psurf__sub(m, n), sum = psurf__add(m, n);
+    const psurf__v3 e = psurf__cross(difference, sum);
+    const int apart = psurf__dot(e, e) >= PSURF__R(4 * 3.05e-4), ahead = psurf__dot(m, n) > 0;
+    if (apart || !ahead) *hard = 1;
+    if (apart) return e;
+    return psurf__tangential(d, psurf__unit(ahead ? sum : difference));
+}
+
+static int psurf__is_same(psurf__v3 a, psurf__v3 b)
+{
+    return a.x >= b.x && a.x <= b.x && a.y >= b.y && a.y <= b.y && a.z >= b.z && a.z <= b.z;
+}
+
+static psurf__v3 psurf__common_normal(psurf__v3 m, psurf__v3 n)
+{
+    return psurf__is_same(m, n) ? m : psurf__unit(psurf__add(m, n));
+}
+
+/* The curve of edge e, from corner e to corner f. */
+static psurf__curve psurf__make_curve(const psurf__local *l, uint32_t e, uint32_t f,
+                                      psurf__curve_rule rule)
+{
+    const psurf__local_edge *edge = &l->edge[e];
+    const psurf__v3 back = psurf__sub(l->p[e], l->p[f]);
+    psurf__curve c;
+    c.chord = psurf__sub(l->p[f], l->p[e]);
+    c.normal[0] = psurf__common_normal(l->n[e], edge->begin);
+    c.normal[1] = psurf__common_normal(l->n[f], edge->end);
+    c.hard = 0;
+    if (psurf__is_same(l->n[e], edge->begin) && psurf__is_same(l->n[f], edge->end)) {
+        c.handle[0] = psurf__smooth_handle(rule, c.chord, c.normal[0], c.normal[1]);
+        c.handle[1] = psurf__smooth_handle(rule, back, c.normal[1], c.normal[0]);
+        return c;
+    }
+    c.handle[0] = psurf__line_handle(rule, c.chord,
+                                     psurf__end_line(c.chord, l->n[e], edge->begin, &c.hard));
+    c.handle[1] = psurf__line_handle(rule, back,
+                                     psurf__end_line(back, l->n[f], edge->end, &c.hard));
+    return c;
+}
+
+/* Points beside the corners of a triangle, each told by its corner and whether it lies on the way to
+   the next corner, 0, or to the previous one, 1; in the order b210 b120 b201 b021 b102 b012. */
+static const unsigned char psurf__key[3][2] = {{0, 2}, {3, 1}, {4, 5}};
+static const unsigned char psurf__key_corner[6] = {0, 1, 0, 1, 2, 2};
+static const unsigned char psurf__key_way[6] = {0, 1, 1, 0, 0, 1};
+
+/* The three curves of a triangle, and their handles once more, by key. */
+typedef struct psurf__frame {
+    psurf__curve curve[3];
+    psurf__v3 handle[6];
+} psurf__frame;
+
+static void psurf__make_frame(const psurf__local *l, psurf__curve_rule rule, psurf__frame *frame)
+{
+    uint32_t e, f;
+    for (e = 0; e < 3; e++) {
+        f = (e + 1) % 3;
+        frame->curve[e] = psurf__make_curve(l, e, f, rule);
+        frame->handle[psurf__key[e][0]] = frame->curve[e].handle[0];
+        frame->handle[psurf__key[f][1]] = frame->curve[e].handle[1];
+    }
+}
+
+/* b111 as the mean of the edge points, drawn away from the mean of the corners: [PN] (3). sigma =
+   1/2 keeps quadratics. */
+static psurf__v3 psurf__centre_point(const psurf__local *l, const psurf__v3 *handle,
+                                     psurf_real sigma)
+{
+    const psurf__v3 corners = psurf__add(psurf__add(l->p[0], l->p[1]), l->p[2]);
+    psurf__v3 sum = handle[0];
+    uint32_t k;
+    for (k = 1; k < 6; k++) sum = psurf__add(sum, handle[k]);
+    return psurf__mix(PSURF__R(1.0 / 3.0), corners, (1 + sigma) * PSURF__R(1.0 / 6.0), sum);
+}
+
+/* The boundary to its places in a patch: those of the corners, then those of the keys. */
+static void psurf__put_boundary(const psurf__local *l, const psurf__v3 *handle,
+                                const unsigned char *place, psurf_real *out)
+{
+    uint32_t k;
+    for (k = 0; k < 3; k++) psurf__put(out + 3 * place[k], l->p[k]);
+    for (k = 0; k < 6; k++)
+        psurf__put(out + 3 * place[3 + k], psurf__add(l->p[psurf__key_corner[k]], handle[k]));
+}
+
+static void psurf__put_nine(const psurf__local *l, const psurf__v3 *handle, psurf_real *out)
+{
+    static const unsigned char place[9] = {0, 3, 8, 1, 2, 4, 5, 6, 7};
+    psurf__put_boundary(l, handle, place, out);
+}
+
+/* The end of a patch: normals of its corners, and how its edges went. */
+static void psurf__put_end(const psurf__local *l, uint32_t e, int how, psurf_real *out)
+{
+    psurf__put(out + 3 * e, l->n[e]);
+    out[9 + e] = PSURF__R(how);
+}
+
+/* ---- pn: [PN] ---- */
+
+/* The normal in the middle of an edge: the sum of those at its ends, reflected in the plane across
+   the edge: [PN] (2), whose factor 2 makes it a reflection. Opposite normals have no mean: other. */
+static psurf__v3 psurf__middle_normal(psurf__v3 d, psurf__v3 m, psurf__v3 n, psurf__v3 other)
+{
+    const psurf__v3 sum = psurf__add(m, n), along = psurf__unit(d);
+    if (!(psurf__dot(sum, sum) > PSURF__SLIGHT)) return other;
+    return psurf__unit(psurf__mad(sum, -2 * psurf__dot(along, sum), along));
+}
+
+/* The ten points of a PN triangle. */
+static void psurf__put_pn(const psurf__local *l, const psurf__v3 *handle, psurf_real sigma,
+                          psurf_real *out)
+{
+    static const unsigned char place[9] = {0, 3, 9, 1, 2, 4, 6, 7, 8};
+    psurf__put_boundary(l, handle, place, out);
+    psurf__put(out + 3 * 5, psurf__centre_point(l, handle, sigma));
+}
+
+/* Six normals of a quadratic patch. linear: as if it were of degree 1. */
+static void psurf__put_normals(const psurf__local *l, const psurf__curve *curve, int linear,
+                               psurf_real *out)
+{
+    static const unsigned char corner[3] = {0, 2, 5}, middle[3] = {1, 4, 3};
+    uint32_t e;
+    for (e = 0; e < 3; e++) {
+        const psurf__v3 m = l->n[e], n = l->n[(e + 1) % 3];
+        psurf__put(out + 3 * corner[e], m);
+        psurf__put(out + 3 * middle[e],
+                   linear ? psurf__mul(psurf__add(m, n), PSURF__R(0.5))
+                          : psurf__middle_normal(curve[e].chord, m, n, l->normal));
+    }
+}
+
 static void psurf__pn_triangle(const psurf__local *l, const psurf__options *options,
                                psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    psurf__frame frame;
+    psurf__make_frame(l, PSURF__BY_PROJECTION, &frame);
+    psurf__put_pn(l, frame.handle, options->sigma, out);
+    psurf__put_normals(l, frame.curve, 0, out + 3 * 10);
+}
+
+/* The inner point of a quad beside corner i; the handles lead from a corner to the next, 0, and to
+   the previous one, 1. [PN] (4): a mean E of edge points, drawn away from a mean V of the corners by
+   1 + sigma. Both have the same mean of corners in them, so (1+s) E - s V is that mean and (1+s)
+   times the handles in E. The discrete Coons rule is of the same form. */
+static psurf__v3 psurf__quad_inner(const psurf__local *l, psurf__v3 handle[4][2], uint32_t i,
+                                   const psurf__options *options)
+{
+    const uint32_t next = (i + 1) & 3, far_corner = (i + 2) & 3, previous = (i + 3) & 3;
+    const psurf__v3 beside = psurf__add(l->p[next], l->p[previous]);
+    const psurf__v3 own = psurf__add(handle[i][0], handle[i][1]);
+    const psurf__v3 across = psurf__add(handle[far_corner][0], handle[far_corner][1]);
+    const psurf_real ninth = PSURF__R(1.0 / 9.0);
+    const psurf__v3 back = psurf__add(handle[next][0], handle[previous][1]);
+    const psurf__v3 ahead = psurf__add(handle[next][1], handle[previous][0]);
+    psurf__v3 corners, edges;
+    if (options->flags & PSURF_COONS) {
+        corners = psurf__sub(psurf__mad(beside, 8, l->p[i]), l->p[far_corner]);
+        edges = psurf__mix(6, own, 3, back);
+        return psurf__mul(psurf__add(corners, edges), ninth);
+    }
+    corners = psurf__add(psurf__mix(4, l->p[i], 2, beside), l->p[far_corner]);
+    edges = psurf__add(psurf__mix(4, own, 2, psurf__add(back, ahead)), across);
+    return psurf__mix(ninth, corners, (1 + options->sigma) * PSURF__R(1.0 / 18.0), edges);
+}
+
+/* Nine normals of a biquadratic patch: [PN] (5). */
+static void psurf__put_quad_normals(const psurf__local *l, const psurf__curve *curve,
+                                    psurf_real *out)
+{
+    static const unsigned char corner[4] = {0, 2, 8, 6}, middle[4] = {1, 5, 7, 3};
+    psurf__v3 sum = psurf__zero();
+    uint32_t i;
+    for (i = 0; i < 4; i++) {
+        const psurf__v3 n = psurf__middle_normal(curve[i].chord, l->n[i], l->n[(i + 1) & 3],
+                                                 l->normal);
+        psurf__put(out + 3 * corner[i], l->n[i]);
+        psurf__put(out + 3 * middle[i], n);
+        sum = psurf__add(sum, psurf__mad(l->n[i], 2, n));
+    }
+    psurf__put(out + 3 * 4, psurf__mul(sum, PSURF__R(1.0 / 12.0)));
 }
 
 static void psurf__pn_quad(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    static const unsigned char corner[4] = {0, 3, 15, 12}, inner[4] = {5, 6, 10, 9};
+    static const unsigned char edge[4][2] = {{1, 4}, {7, 2}, {14, 11}, {8, 13}};
+    psurf__v3 handle[4][2];
+    psurf__curve curve[4];
+    uint32_t i, k;
+    for (i = 0; i < 4; i++) {
+        curve[i] = psurf__make_curve(l, i, (i + 1) & 3, PSURF__BY_PROJECTION);
+        handle[i][0] = curve[i].handle[0];
+        handle[(i + 1) & 3][1] = curve[i].handle[1];
+    }
+    for (i = 0; i < 4; i++) {
+        psurf__put(out + 3 * corner[i], l->p[i]);
+        for (k = 0; k < 2; k++)
+            psurf__put(out + 3 * edge[i][k], psurf__add(l->p[i], handle[i][k]));
+        psurf__put(out + 3 * inner[i], psurf__quad_inner(l, handle, i, options));
+    }
+    psurf__put_quad_normals(l, curve, out + 3 * 16);
+}
+
+/* ---- smoothed_n: [N] ---- */
+
+/* How flat an edge is, 1: no need to smooth it. [N] takes the absolute value, so that it counts
+   sharp folds as flat. */
+static psurf_real psurf__flatness(const psurf__local *l, uint32_t e, int hard,
+                                  const psurf__options *options)
+{
+    psurf_real dot = psurf__dot(l->normal, l->edge[e].normal);
+    if (options->variant != PSURF_N_FINAL) return 0;
+    if (l->edge[e].border || hard) return 1;
+    if (dot < 0) dot = options->flags & PSURF_FOLDS ? PSURF__R(0) : -dot;
+    if ((options->flags & PSURF_NEARLY_FLAT) && dot > PSURF__R(0.98)) return 1;
+    return dot < 1 ? dot : PSURF__R(1);
 }
 
 static void psurf__smoothed_n(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    const int final = options->variant == PSURF_N_FINAL, g1 = options->variant == PSURF_N_G1;
+    psurf__frame frame;
+    uint32_t e;
+    psurf__make_frame(l, PSURF__BY_PROJECTION, &frame);
+    psurf__put_pn(l, frame.handle, options->sigma, out);
+    psurf__put_normals(l, frame.curve, options->shading != PSURF_SHADE_QUADRATIC, out + 3 * 10);
+    out += 3 * 16;
+    for (e = 0; e < 3; e++) {
+        out[e] = psurf__flatness(l, e, frame.curve[e].hard, options);
+        out[3 + e] = PSURF__R(g1 && !frame.curve[e].hard);
+    }
+    out[6] = PSURF__R(final);
+    out[7] = PSURF__R(final);
+    out[8] = PSURF__R(options->shading == PSURF_SHADE_EXACT);
+}
+
+/* ---- hybrid: [GB] 2.1 ---- */
+
+/* What the construction over an edge sees: the edge from a to b, c opposite, and the corner of the
+   triangle across; everything else from a. */
+typedef struct psurf__hinge {
+    psurf__v3 b, c, across;
+    psurf__v3 normal[4];                /* at a, b, c, and across */
+    psurf__v3 m;                        /* the direction that points are lifted in */
+} psurf__hinge;
+
+/* Whether a direction is fit to lift along: no tangent plane stands too steep. */
+static int psurf__can_lift(const psurf__hinge *h, uint32_t normals)
+{
+    uint32_t i;
+    for (i = 0; i < normals; i++)
+        if (!(psurf__abs(psurf__dot(h->normal[i], h->m)) >= PSURF__R(0.1))) return 0;
+    return 1;
+}
+
+/* Finds the direction of a smooth edge, and whether the formula holds: with the two triangles, seen
+   along m, on different sides of the edge and neither of them too thin. Both facets must decide
+   alike: they look at the edge the same way round. */
+static int psurf__open_hinge(const psurf__local *l, uint32_t e, uint32_t flags, psurf__hinge *h)
+{
+    const psurf__v3 a = l->p[e], b = l->p[(e + 1) % 3], c = l->p[(e + 2) % 3], d = l->edge[e].apex;
+    const int turned = l->edge[e].turned;
+    const psurf__v3 from = turned ? b : a, side = psurf__sub(turned ? a : b, from);
+    const psurf__v3 left = psurf__cross(side, psurf__sub(turned ? d : c, from));
+    const psurf__v3 right = psurf__cross(psurf__sub(turned ? c : d, from), side);
+    psurf_real k0, k1, least, most;
+    if (flags & PSURF_PLANE_NORMALS)
+        h->m = psurf__unit(psurf__tangential(psurf__add(h->normal[0], h->normal[1]),
+                                             psurf__unit(side)));
+    else
+        h->m = psurf__unit(psurf__add(psurf__unit(left), psurf__unit(right)));
+    k0 = psurf__dot(left, h->m);
+    k1 = psurf__dot(right, h->m);
+    if (!((k0 > 0 && k1 > 0) || (k0 < 0 && k1 < 0))) return 0;
+    k0 = psurf__abs(k0);
+    k1 = psurf__abs(k1);
+    least = k0 < k1 ? k0 : k1;
+    most = k0 < k1 ? k1 : k0;
+    return least > PSURF__R(1e-4) * most && least > PSURF__R(1e-4) * psurf__dot(side, side) &&
+           psurf__can_lift(h, 4);
+}
+
+/* From a point to a third of the way d, moved along m into the tangent plane. */
+static psurf__v3 psurf__lift(psurf__v3 d, psurf__v3 n, psurf__v3 m)
+{
+    return psurf__mul(psurf__mad(d, -(psurf__dot(n, d) / psurf__dot(n, m)), m), PSURF__R(1.0 / 3.0));
+}
+
+/* All six handles by lifting, in the order ab ba ac bc ca cb: that of the keys. */
+static void psurf__lift_all(const psurf__hinge *h, psurf__v3 *handle)
+{
+    const psurf__v3 zero = psurf__zero(), *n = h->normal;
+    handle[0] = psurf__lift(h->b, n[0], h->m);
+    handle[1] = psurf__lift(psurf__sub(zero, h->b), n[1], h->m);
+    handle[2] = psurf__lift(h->c, n[0], h->m);
+    handle[3] = psurf__lift(psurf__sub(h->c, h->b), n[1], h->m);
+    handle[4] = psurf__lift(psurf__sub(zero, h->c), n[2], h->m);
+    handle[5] = psurf__lift(psurf__sub(h->b, h->c), n[2], h->m);
+}
+
+/* The height of b111 over a along m, from the two conditions for C2 across the edge, added: it has
+   cubic precision. r, s, t: where the far corner lies on the plane orthogonal to m. */
+static psurf_real psurf__hybrid_height(const psurf__hinge *h, const psurf__v3 *handle)
+{
+    const psurf__v3 m = h->m, to_a = psurf__sub(psurf__zero(), h->across);
+    const psurf_real k = psurf__dot(psurf__cross(h->b, h->c), m);
+    const psurf_real s = psurf__dot(psurf__cross(h->across, h->c), m) / k;
+    const psurf_real t = psurf__dot(psurf__cross(h->b, h->across), m) / k, r = 1 - s - t;
+    const psurf_real b = psurf__dot(h->b, m), c = psurf__dot(h->c, m), d = psurf__dot(h->across, m);
+    const psurf_real b210 = psurf__dot(handle[0], m), b120 = b + psurf__dot(handle[1], m);
+    const psurf_real b201 = psurf__dot(handle[2], m), b021 = b + psurf__dot(handle[3], m);
+    const psurf_real b102 = c + psurf__dot(handle[4], m), b012 = c + psurf__dot(handle[5], m);
+    const psurf_real c102 = d + psurf__dot(psurf__lift(to_a, h->normal[3], m), m);
+    const psurf_real c012 = d + psurf__dot(psurf__lift(psurf__sub(h->b, h->across),
+                                                       h->normal[3], m), m);
+    const psurf_real own = r * r * b210 + 2 * r * s * (b210 + b120) + s * s * (b120 + b);
+    const psurf_real inside = 2 * t * (r * b201 + s * b021) + t * t * (b102 + b012);
+    return (c102 + c012 - own - inside) / (2 * t * (r + s));
+}
+
+/* The set of five points of edge e: b210 b120 b201 b021 b111. What it is blended with has to be as
+   good on an edge that has no triangle across, or another surface: there it is a PN triangle's,
+   lifted. Where lifting fails, the handles are Walton and Meek's. Returns how it went. */
+static int psurf__hybrid_set(const psurf__local *l, const psurf__frame *wm, uint32_t e,
+                             uint32_t flags, psurf__v3 *set)
+{
+    const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
+    const psurf__curve *curve = &wm->curve[e];
+    const int alone = curve->hard || l->edge[e].border;
+    const psurf__v3 a = l->p[e], b = l->p[f];
+    psurf__v3 handle[6];
+    psurf__hinge h;
+    int lifted;
+    uint32_t k;
+    h.b = psurf__sub(b, a);
+    h.c = psurf__sub(l->p[g], a);
+    h.across = psurf__sub(l->edge[e].apex, a);
+    h.normal[0] = alone ? l->n[e] : curve->normal[0];
+    h.normal[1] = alone ? l->n[f] : curve->normal[1];
+    h.normal[2] = l->n[g];
+    h.normal[3] = l->edge[e].apex_normal;
+    h.m = l->normal;
+    lifted = alone ? psurf__can_lift(&h, 3) : psurf__open_hinge(l, e, flags, &h);
+    for (k = 0; k < 6; k++)
+        handle[k] = wm->handle[psurf__key[(e + psurf__key_corner[k]) % 3][psurf__key_way[k]]];
+    if (lifted) psurf__lift_all(&h, handle);
+    if (curve->hard) {
+        handle[0] = curve->handle[0];
+        handle[1] = curve->handle[1];
+    }
+    for (k = 0; k < 4; k++) set[k] = psurf__add(k & 1 ? b : a, handle[k]);
+    set[4] = psurf__centre_point(l, handle, PSURF__R(0.5));
+    if (lifted && !alone) {
+        const psurf__v3 middle = psurf__mul(psurf__add(h.b, h.c), PSURF__R(1.0 / 3.0));
+        const psurf_real rise = psurf__hybrid_height(&h, handle) - psurf__dot(middle, h.m);
+        set[4] = psurf__mad(psurf__add(a, middle), rise, h.m);
+    }
+    if (curve->hard) return PSURF_EDGE_HARD;
+    return lifted ? PSURF_EDGE_SMOOTH : PSURF_EDGE_FALLBACK;
 }
 
 static void psurf__hybrid(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    psurf__frame wm;
+    psurf__v3 set[5];
+    uint32_t e, k;
+    psurf__make_frame(l, PSURF__BY_WM, &wm);
+    for (e = 0; e < 3; e++) {
+        psurf__put(out + 3 * e, l->p[e]);
+        psurf__put_end(l, e, psurf__hybrid_set(l, &wm, e, options->flags, set), out + 3 * 18);
+        for (k = 0; k < 5; k++) psurf__put(out + 3 * (3 + 5 * e + k), set[k]);
+    }
+}
+
+/* ---- png1, and the ribbons of Walton and Meek: what lies beside an edge ---- */
+
+/* An edge's curve as three legs, and a vector across each: what leads into the triangle at the ends
+   is measured along and across the outer legs, and carried on to the others. */
+typedef struct psurf__legs {
+    psurf__v3 leg[3], across[3];
+    psurf__v3 into[2];                  /* from start and end to the point off the edge */
+    psurf_real slight;                  /* a leg with no greater square has no length */
+    int singular;
+} psurf__legs;
+
+static psurf__legs psurf__legs_of(const psurf__frame *frame, uint32_t e)
+{
+    const psurf__curve *c = &frame->curve[e];
+    psurf__legs s;
+    s.leg[0] = c->handle[0];
+    s.leg[1] = psurf__sub(psurf__add(c->chord, c->handle[1]), c->handle[0]);
+    s.leg[2] = psurf__sub(psurf__zero(), c->handle[1]);
+    s.into[0] = frame->handle[psurf__key[e][1]];
+    s.into[1] = frame->handle[psurf__key[(e + 1) % 3][0]];
+    s.slight = PSURF__SLIGHT * psurf__dot(c->chord, c->chord);
+    s.singular = !(psurf__dot(s.leg[0], s.leg[0]) > s.slight &&
+                   psurf__dot(s.leg[2], s.leg[2]) > s.slight);
+    return s;
+}
+
+/* How often w is in v; 0 where w is nothing. */
+static psurf_real psurf__part(psurf__v3 v, psurf__v3 w, psurf_real slight)
+{
+    const psurf_real q = psurf__dot(w, w);
+    return q > slight ? psurf__dot(v, w) / q : PSURF__R(0);
+}
+
+typedef struct psurf__parts { psurf_real along, across; } psurf__parts;
+
+static psurf__v3 psurf__carried(const psurf__legs *s, psurf__parts x, uint32_t leg)
+{
+    return psurf__mix(x.along, s->leg[leg], x.across, s->across[leg]);
+}
+
+/* Edge e has no triangle to be smooth with: both its inner points are that of a PN triangle. */
+static void psurf__plain_inside(const psurf__local *l, const psurf__frame *frame, psurf__v3 *inner)
+{
+    inner[0] = inner[1] = psurf__centre_point(l, frame->handle, PSURF__R(0.5));
+}
+
+/* [GB] 2.2. Any map that is linear in a leg and what is across it makes the edge G1; the tables of
+   the paper tell that it is this similarity. alt holds handles; two of them come from this edge. */
+static int psurf__png1_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
+                            psurf__v3 *inner, psurf__v3 *alt)
+{
+    const psurf__curve *c = &frame->curve[e];
+    const psurf__v3 normals = psurf__add(l->normal, l->edge[e].normal);
+    psurf__legs s = psurf__legs_of(frame, e);
+    psurf__parts x[2];
+    psurf__v3 normal[3];
+    uint32_t k;
+    if (c->hard) {
+        psurf__plain_inside(l, frame, inner);
+        return PSURF_EDGE_HARD;
+    }
+    normal[0] = c->normal[0];
+    normal[1] = psurf__unit(psurf__tangential(normals, psurf__unit(s.leg[1])));
+    normal[2] = c->normal[1];
+    for (k = 0; k < 3; k++) s.across[k] = psurf__cross(normal[k], s.leg[k]);
+    for (k = 0; k < 2; k++) {
+        x[k].along = psurf__part(s.into[k], s.leg[2 * k], s.slight);
+        x[k].across = psurf__part(s.into[k], s.across[2 * k], s.slight);
+        inner[k] = psurf__add(psurf__add(l->p[(e + k) % 3], c->handle[k]),
+                              psurf__carried(&s, x[k], 1));
+    }
+    alt[psurf__key[e][1]] = psurf__add(c->handle[0], psurf__carried(&s, x[1], 0));
+    alt[psurf__key[(e + 1) % 3][0]] = psurf__add(c->handle[1], psurf__carried(&s, x[0], 2));
+    if (!(psurf__dot(normals, normals) > PSURF__SLIGHT)) s.singular = 1;
+    return s.singular ? PSURF_EDGE_FALLBACK : PSURF_EDGE_SMOOTH;
 }
 
 static void psurf__png1(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    psurf__frame frame;
+    psurf__v3 alt[6], inner[2];
+    uint32_t e, k;
+    (void)options;
+    psurf__make_frame(l, PSURF__BY_LENGTH, &frame);
+    for (k = 0; k < 6; k++) alt[k] = frame.handle[k];
+    psurf__put_nine(l, frame.handle, out);
+    for (e = 0; e < 3; e++) {
+        psurf__put_end(l, e, psurf__png1_edge(l, &frame, e, inner, alt), out + 3 * 21);
+        for (k = 0; k < 2; k++) psurf__put(out + 3 * (15 + 2 * e + k), inner[k]);
+    }
+    for (k = 0; k < 6; k++)
+        psurf__put(out + 3 * (9 + k), psurf__add(l->p[psurf__key_corner[k]], alt[k]));
+}
+
+/* A unit vector in the tangent plane across a leg; [GB] 2.3 (4). Across the chord, where the curve
+   starts along the normal. */
+static psurf__v3 psurf__across_leg(psurf__v3 normal, const psurf__legs *s, uint32_t k,
+                                   psurf__v3 chord)
+{
+    const int none = !(psurf__dot(s->leg[k], s->leg[k]) > s->slight);
+    return psurf__cross(normal, psurf__unit(none ? chord : s->leg[k]));
+}
+
+/* The cross derivative along an edge as a cubic between two vectors, D0 and D3, so that it stays in
+   the plane of the ribbon, which both facets share; and from it the two inner points. [GB] 2.4. */
+static int psurf__ribbon_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
+                              psurf__v3 *inner)
+{
+    const psurf__curve *c = &frame->curve[e];
+    const psurf_real half = PSURF__R(0.5);
+    psurf__legs s = psurf__legs_of(frame, e);
+    psurf__v3 d[2], r[2], middle;
+    psurf__parts x[2];
+    uint32_t k;
+    if (c->hard) {
+        psurf__plain_inside(l, frame, inner);
+        return PSURF_EDGE_HARD;
+    }
+    s.across[0] = psurf__across_leg(c->normal[0], &s, 0, c->chord);
+    s.across[2] = psurf__across_leg(c->normal[1], &s, 2, c->chord);
+    middle = psurf__add(s.across[0], s.across[2]);
+    if (!(psurf__dot(middle, middle) > PSURF__SLIGHT)) {                  /* opposite normals */
+        middle = s.across[0];
+        s.singular = 1;
+    }
+    s.across[1] = psurf__unit(middle);
+    d[0] = psurf__mad(s.into[0], -half, s.leg[0]);
+    d[1] = psurf__mad(s.into[1], half, s.leg[2]);
+    for (k = 0; k < 2; k++) {
+        x[k].along = psurf__part(d[k], s.leg[2 * k], s.slight);
+        x[k].across = psurf__part(d[k], s.across[2 * k], PSURF__SLIGHT);
+    }
+    r[0] = psurf__mad(psurf__carried(&s, x[1], 0), 2, psurf__carried(&s, x[0], 1));
+    r[1] = psurf__mad(psurf__carried(&s, x[0], 2), 2, psurf__carried(&s, x[1], 1));
+    middle = psurf__mul(psurf__add(psurf__add(l->p[e], c->handle[0]),
+                                   psurf__add(l->p[(e + 1) % 3], c->handle[1])), half);
+    for (k = 0; k < 2; k++)                                        /* (3 R - D)/2, R = r/3 */
+        inner[k] = psurf__mad(middle, half, psurf__sub(r[k], d[k]));
+    return s.singular ? PSURF_EDGE_FALLBACK : PSURF_EDGE_SMOOTH;
+}
+
+static void psurf__ribbons(const psurf__local *l, psurf__curve_rule rule, psurf_real *out)
+{
+    psurf__frame frame;
+    psurf__v3 inner[2];
+    uint32_t e, k;
+    psurf__make_frame(l, rule, &frame);
+    psurf__put_nine(l, frame.handle, out);
+    for (e = 0; e < 3; e++) {
+        psurf__put_end(l, e, psurf__ribbon_edge(l, &frame, e, inner), out + 3 * 15);
+        for (k = 0; k < 2; k++) psurf__put(out + 3 * (9 + 2 * e + k), inner[k]);
+    }
 }
 
 static void psurf__cubic_wm(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    (void)options;
+    psurf__ribbons(l, PSURF__BY_WM, out);
 }
 
 static void psurf__cubic_pn(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    (void)options;
+    psurf__ribbons(l, PSURF__BY_PROJECTION, out);
 }
 
 /* ---- point-normal schemes: from the tables to the rules ---- */
@@ -3532,15 +4112,15 @@ static psurf__v3 psurf__triangle_normal(psurf__v3 a, psurf__v3 b, psurf__v3 c)
 }
 
 /* What lies across edge i of a facet of size corners. The facet across runs the other way: its
-   half-edge starts where ours ends. */
+   half-edge starts where ours ends. Its normal is made as it makes it itself: same bits. */
 static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t size, uint32_t i,
                                psurf__local *l)
 {
     const psurf_topology *t = p->topology;
     const uint32_t other = psurf__corner_across(t, corner), next = psurf__following(i, size);
     psurf__local_edge *edge = &l->edge[i];
-    uint32_t facet, place, first, sides;
-    psurf__v3 begin, end;
+    uint32_t place, first, sides, k;
+    psurf__v3 p3[4], n3[4];
     edge->border = other == PSURF_NONE;
     edge->begin = l->n[i];
     edge->end = l->n[next];
@@ -3548,15 +4128,16 @@ static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t
     edge->apex_normal = l->n[psurf__following(next, size)];
     edge->normal = l->normal;
     if (edge->border) return;
-    facet = psurf__corner_facet(t, other, &place);
-    sides = psurf__kind_sides(psurf__facet_kind(t, facet));
+    sides = psurf__kind_sides(psurf__facet_kind(t, psurf__corner_facet(t, other, &place)));
     first = other - place;
+    for (k = 0; k < sides; k++) psurf__read_point_normal(p, first + k, &p3[k], &n3[k]);
+    edge->end = n3[place];
     place = psurf__following(place, sides);
-    psurf__read_point_normal(p, other, &end, &edge->end);
-    psurf__read_point_normal(p, first + place, &begin, &edge->begin);
-    psurf__read_point_normal(p, first + psurf__following(place, sides), &edge->apex,
-                             &edge->apex_normal);
-    edge->normal = psurf__triangle_normal(end, begin, edge->apex);
+    edge->begin = n3[place];
+    place = psurf__following(place, sides);
+    edge->apex = p3[place];
+    edge->apex_normal = n3[place];
+    edge->normal = psurf__triangle_normal(p3[0], p3[1], p3[2]);
 }
 
 /* A facet of size corners from first on. */
@@ -4077,7 +4658,7 @@ static void psurf__halves_pull(const psurf__spot *spot, uint32_t turn, psurf__je
 }
 
 static const psurf__kind_row psurf__halves = {
-    2, psurf__halves_locate, psurf__halves_pull, PSURF__BEZIER_EDGES
+    2, 3, 0, 0, NULL, psurf__halves_locate, psurf__halves_pull, PSURF__BEZIER_EDGES, {0, 0, 0, 0}
 };
 
 /* ---- what the kernels are asked for ---- */
@@ -4090,9 +4671,9 @@ typedef struct psurf__batch {
     psurf__spot spot[8];
 } psurf__batch;
 
-/* What a line of a sector takes of its rows: p[i][l] = C(4,l) c^l g^(4-l-i), w the same of degree
-   3; c = (rate - n)/rate, g = n/(2 rate). */
-typedef struct psurf__weights { psurf_real p[4][4], w[3][4]; } psurf__weights;
+/* What a line of a sector takes of its rows: p[i][l] = C(4,l) c^l g^(4-l-i), w and q the same of
+   degrees 3 and 2; c = (rate - n)/rate, g = n/(2 rate). */
+typedef struct psurf__weights { psurf_real p[4][4], w[3][4], q[2][3]; } psurf__weights;
 
 static psurf__weights psurf__weights_of(uint32_t n, uint32_t rate)
 {
@@ -4121,6 +4702,11 @@ static psurf__weights psurf__weights_of(uint32_t n, uint32_t rate)
     at.w[1][2] = 3 * cc;
     at.w[2][0] = g;
     at.w[2][1] = 3 * c;
+    at.q[0][0] = gg;
+    at.q[0][1] = 2 * (c * g);
+    at.q[0][2] = cc;
+    at.q[1][0] = g;
+    at.q[1][1] = 2 * c;
     return at;
 }
 
@@ -4162,6 +4748,9 @@ static void psurf__hold_cursors(psurf__held *held, int normals, psurf__cursor c[
     }
 }
 
+/* Which normals go with positions: none, those of the surface, those to shade with. */
+typedef enum psurf__normals { PSURF__NO_NORMALS, PSURF__SURFACE, PSURF__SHADING } psurf__normals;
+
 /* Which samples have places of their own, to which no cursor moves. */
 typedef enum psurf__apart {
     PSURF__NONE_APART, PSURF__BORDER_APART, PSURF__ALL_APART
@@ -4175,7 +4764,7 @@ typedef struct psurf__group {
     uint32_t count, rate;               /* facets from count on repeat the first */
     uint32_t turn;
     const psurf_real *points[8];
-    int normals;                        /* or positions alone */
+    psurf__normals normals;
     int border_only;                    /* samples on the facets' edges alone */
     psurf__apart apart;
     void (*aim)(const psurf__run *run, uint32_t first, uint32_t last, psurf__cursor cursors[2]);
@@ -4189,7 +4778,7 @@ struct psurf__run {
     uint32_t sector, d, n;
     uint32_t begin, end;                /* samples begin <= k < end are wanted */
     psurf_real span;                    /* sample k lies (2k - n)/span from the middle */
-    int tensor, edge;                   /* of tensor kinds; on an edge of the facets */
+    int tensor, edge;                   /* not of sectors; on an edge of the facets */
 };
 
 /* How many steps a line of a Pm-patch has less than the line before. */
@@ -4239,7 +4828,10 @@ static psurf__point psurf__line_point(const psurf__run *r, uint32_t k)
 
 #define PSURF__EIGHTH PSURF__R(0.125)
 
-static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
+/* Squares of lengths of normals that are looked at more closely. */
+#define PSURF__VANISHING PSURF__R(1e-12)
+
+static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane, int direction,
                                psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8]);
 
 /* Rows of the 15 points of a sector: where the points of constant distance from the edge begin. */
@@ -5230,12 +5822,15 @@ typedef struct PSURF__K(facets) {
     psurf__l3 edges[2][4], sides[2][4];         /* on the first and last line; where lines end */
     psurf__l3 inner[PSURF__MAX_SECTORS][3];     /* lines from the corners to the centre */
     psurf__l3 rows[5][4], steps[4][4];          /* by power along a line, then across: see below */
+    psurf__l3 blends[PSURF__MAX_BLENDS];        /* points that rational weights go with */
+    uint32_t corners[4];                        /* places of the corners' normals; 0: none */
 } PSURF__K(facets);
 
 /* A line of theirs. On an edge of the patch p and ends are the edge's. */
 typedef struct PSURF__K(line) {
     const PSURF__K(facets) *facets;
     const psurf__l3 *p, *ends[2];               /* ends: where it ends on sides of the patch */
+    const psurf__l3 *normals[2];                /* there, where they are corners that have one */
     psurf__l3 inside[5], u[4], w[4], on_sides[2];
 } PSURF__K(line);
 
@@ -5268,6 +5863,17 @@ static PSURF__INLINE void PSURF__K(centred)(psurf__l3 p0, psurf__l3 p1, psurf__l
     c[1] = psurf__l3_mul(psurf__l3_add(across, middle), psurf__l_all(PSURF__R(0.75)));
     c[2] = psurf__l3_mul(bend, psurf__l_all(PSURF__R(1.5)));
     c[3] = psurf__l3_mad(across, psurf__l_all(-3), middle);
+}
+
+/* The same of a quadratic, whose points lie so many apart. */
+static PSURF__INLINE void PSURF__K(centred_quadratic)(const psurf__l3 *p, uint32_t apart,
+                                                      psurf__l3 c[3])
+{
+    const psurf__l3 outer = psurf__l3_add(p[0], p[2 * apart]);
+    c[0] = psurf__l3_mul(psurf__l3_mad(outer, psurf__l_all(2), p[apart]),
+                         psurf__l_all(PSURF__R(0.25)));
+    c[1] = psurf__l3_sub(p[2 * apart], p[0]);
+    c[2] = psurf__l3_sub(outer, psurf__l3_mul(p[apart], psurf__l_all(2)));
 }
 
 /* An edge, from points as they are stored. A zero of either sign becomes +0: then none is left
@@ -5395,17 +6001,78 @@ static void PSURF__K(open_sector)(PSURF__K(facets) *f, uint32_t m, uint32_t i)
     f->steps[0][3] = PSURF__K(rise)(net, 3, 0);
 }
 
+/* The normals of a PN quad in place of its steps: biquadratic, by power along, then across. */
+static void PSURF__K(open_shading_quad)(PSURF__K(facets) *f)
+{
+    const psurf__l3 *n = f->points + 16;
+    psurf__l3 along[3][3], across[3];
+    uint32_t i, j;
+    for (j = 0; j < 3; j++) PSURF__K(centred_quadratic)(n + 3 * j, 1, along[j]);
+    for (i = 0; i < 3; i++) {
+        PSURF__K(centred_quadratic)(along[0] + i, 3, across);
+        for (j = 0; j < 3; j++) psurf__l3_put(&f->steps[i][j], across[j]);
+    }
+    for (j = 0; j < 3; j++) f->steps[3][j] = psurf__l3_zero();
+}
+
+/* Steps of a triangle: a quadratic form, whose six points are the ways from row to row of its
+   cubic net, half way between the ends of each step along, three times; or its normals. */
+static void PSURF__K(triangle_steps)(const psurf__l3 net[10], psurf__l3 step[6])
+{
+    static const unsigned char from[6] = {0, 1, 2, 4, 5, 7}, to[6] = {4, 5, 6, 7, 8, 9};
+    uint32_t k;
+    for (k = 0; k < 6; k++) {
+        const psurf__l3 sum = psurf__l3_add(psurf__l3_sub(net[to[k]], net[from[k]]),
+                                            psurf__l3_sub(net[to[k]], net[from[k] + 1]));
+        step[k] = psurf__l3_mul(sum, psurf__l_all(PSURF__R(1.5)));
+    }
+}
+
+/* rows and steps of a triangle, as those of a sector: of its cubic net and the net's derivative
+   towards corner 2, or of its normals. */
+static void PSURF__K(open_triangle)(PSURF__K(facets) *f, const psurf__group *g)
+{
+    const unsigned char (*e)[4] = psurf__kinds[g->kind].edge;
+    const psurf__l3 *a = f->points;
+    psurf__l3 net[10], step[6];
+    PSURF__K(edge)(a + e[0][0], a + e[0][1], a + e[0][2], a + e[0][3], f->edges[0]);
+    PSURF__K(edge)(a + e[2][3], a + e[2][2], a + e[2][1], a + e[2][0], f->sides[0]);
+    PSURF__K(edge)(a + e[1][0], a + e[1][1], a + e[1][2], a + e[1][3], f->sides[1]);
+    PSURF__K(base_net)(g->kind, f->local, net);
+    PSURF__K(blend_points)(g->kind, f->local, f->blends);
+    PSURF__K(cubic_row)(net, 0, f->rows);
+    PSURF__K(quadratic_row)(net + 4, 1, f->rows);
+    PSURF__K(linear_row)(net + 7, 2, f->rows);
+    psurf__l3_put(&f->rows[0][3], net[9]);
+    PSURF__K(triangle_steps)(net, step);
+    if (g->normals == PSURF__SHADING) a += 10;
+    else a = step;
+    PSURF__K(quadratic_row)(a, 0, f->steps);
+    PSURF__K(linear_row)(a + 3, 1, f->steps);
+    psurf__l3_put(&f->steps[0][2], a[5]);
+}
+
 static void PSURF__K(open_facets)(const psurf__group *g, PSURF__K(facets) *f)
 {
     const uint32_t count = psurf__kind_table[g->kind].points, m = psurf__kind_sides(g->kind);
+    const psurf__kind_row *row = &psurf__kinds[g->kind];
+    const uint32_t control = row->sectors > 1 ? count : row->control;
+    const int centred = row->sectors > 1 || g->kind == PSURF_POLAR;
     uint32_t i;
     PSURF__K(points)(g->points, count, f->points);
-    psurf__l3_put(&f->origin, f->points[g->kind == PSURF_BICUBIC ? 0 : count - 1]);
-    for (i = 0; i < count; i++) f->local[i] = psurf__l3_sub(f->points[i], f->origin);
-    PSURF__K(find_parallel)(f, count);
-    if (g->kind == PSURF_BICUBIC) PSURF__K(open_bicubic)(f);
-    else if (g->kind == PSURF_POLAR) PSURF__K(open_polar)(f);
-    else
+    psurf__l3_put(&f->origin, f->points[centred ? count - 1 : 0]);
+    for (i = 0; i < control; i++) f->local[i] = psurf__l3_sub(f->points[i], f->origin);
+    for (; i < count; i++) psurf__l3_put(&f->local[i], f->points[i]);
+    for (i = 0; i < 4; i++) f->corners[i] = row->normal[i];
+    PSURF__K(find_parallel)(f, control);
+    if (g->kind == PSURF_BICUBIC || g->kind == PSURF_PN_QUAD) {
+        PSURF__K(open_bicubic)(f);
+        if (g->normals == PSURF__SHADING) PSURF__K(open_shading_quad)(f);
+    } else if (g->kind == PSURF_POLAR) {
+        PSURF__K(open_polar)(f);
+    } else if (psurf__kinds[g->kind].sectors == 1) {
+        PSURF__K(open_triangle)(f, g);
+    } else
         for (i = 0; i < m; i++)
             PSURF__K(inner_line)(f->local + PSURF__SECTOR * i,
                                  f->local + PSURF__SECTOR * psurf__preceding(i, m), m,
@@ -5436,12 +6103,21 @@ static PSURF__INLINE psurf__l3 PSURF__K(sum)(const psurf_real *b, const psurf__l
     return sum;
 }
 
+/* The normals at the ends of a line between corners i and j, where patches store them. */
+static PSURF__INLINE void PSURF__K(take_corners)(const PSURF__K(facets) *f, uint32_t i, uint32_t j,
+                                                 PSURF__K(line) *line)
+{
+    line->normals[0] = f->corners[0] ? f->points + f->corners[i] : NULL;
+    line->normals[1] = f->corners[0] ? f->points + f->corners[j] : NULL;
+}
+
 /* A line inside has points of its own, and ends on sides unless there are none; */
 static void PSURF__K(take_inside)(const psurf__l3 (*sides)[4], psurf_real x, PSURF__K(line) *line)
 {
     line->p = line->inside;
     line->ends[0] = &line->on_sides[0];
     line->ends[1] = &line->on_sides[1];
+    line->normals[0] = line->normals[1] = NULL;
     if (!sides) return;
     line->on_sides[0] = PSURF__K(cubic_at)(sides[0], x);
     line->on_sides[1] = PSURF__K(cubic_at)(sides[1], x);
@@ -5454,6 +6130,7 @@ static void PSURF__K(take_edge)(const psurf__l3 edge[4], const psurf__l3 *v0, co
     line->p = edge;
     line->ends[0] = v0;
     line->ends[1] = v1;
+    line->normals[0] = line->normals[1] = NULL;
 }
 
 static void PSURF__K(bicubic_line)(const PSURF__K(facets) *f, const psurf__run *r,
@@ -5476,6 +6153,7 @@ static void PSURF__K(bicubic_line)(const PSURF__K(facets) *f, const psurf__run *
     if (!r->edge) PSURF__K(take_inside)(f->sides, x, line);
     else if (r->d == 0) PSURF__K(take_edge)(f->edges[0], a, a + 3, line);
     else PSURF__K(take_edge)(f->edges[1], a + 12, a + 15, line);
+    if (r->edge) PSURF__K(take_corners)(f, r->d ? 3 : 0, r->d ? 2 : 1, line);
 }
 
 /* u is divided by 1-v, as in polar_jet. The line at the pole is the pole. */
@@ -5525,6 +6203,31 @@ static void PSURF__K(sector_inside)(const PSURF__K(facets) *f, const psurf__run 
     PSURF__K(take_inside)(NULL, 0, line);
 }
 
+/* A line of a triangle, from rows[i][l] by c^l g^(3-l-i), as those of sectors are. */
+static void PSURF__K(triangle_line)(const PSURF__K(facets) *f, const psurf__run *r,
+                                    PSURF__K(line) *line)
+{
+    const psurf_real rate = PSURF__R(r->group->rate), x = (2 * PSURF__R(r->d) - rate) / (2 * rate);
+    const psurf__weights at = psurf__weights_of(r->n, r->group->rate);
+    const unsigned char (*e)[4] = psurf__kinds[r->group->kind].edge;
+    const psurf__l3 *a = f->points + e[0][0], *b = f->points + e[0][3], *c = f->points + e[2][0];
+    psurf__l3 *p = line->inside;
+    p[0] = PSURF__K(sum)(at.w[0], f->rows[0], 4);
+    p[1] = PSURF__K(sum)(at.w[1], f->rows[1], 3);
+    p[2] = PSURF__K(sum)(at.w[2], f->rows[2], 2);
+    psurf__l3_put(&p[3], f->rows[3][0]);
+    line->w[0] = PSURF__K(sum)(at.q[0], f->steps[0], 3);
+    line->w[1] = PSURF__K(sum)(at.q[1], f->steps[1], 2);
+    psurf__l3_put(&line->w[2], f->steps[2][0]);
+    psurf__l3_put(&line->u[0], p[1]);
+    line->u[1] = psurf__l3_mul(p[2], psurf__l_all(2));
+    line->u[2] = psurf__l3_mul(p[3], psurf__l_all(3));
+    if (!r->edge) PSURF__K(take_inside)(f->sides, x, line);
+    else if (r->d == 0) PSURF__K(take_edge)(f->edges[0], a, b, line);
+    else PSURF__K(take_edge)(line->inside, c, c, line);
+    if (r->edge) PSURF__K(take_corners)(f, r->d ? 2 : 0, r->d ? 2 : 1, line);
+}
+
 /* The line on the sector's edge, where c is 0 and g is 1/2. */
 static void PSURF__K(sector_edge)(const PSURF__K(facets) *f, const psurf__run *r, uint32_t m,
                                   PSURF__K(line) *line)
@@ -5542,9 +6245,9 @@ static void PSURF__K(sector_edge)(const PSURF__K(facets) *f, const psurf__run *r
     PSURF__K(take_edge)(f->edges[0], v0, v1, line);
 }
 
-/* Looks closer at the normals of some lanes, bits of unsure. */
-static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, psurf__l3 w,
-                                psurf__l3 n, unsigned unsure)
+/* Looks closer at the normals of some lanes, bits of unsure. direction: u and w do not count. */
+static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, int direction, psurf__l3 u,
+                                psurf__l3 w, psurf__l3 n, unsigned unsure)
 {
     psurf_real us[3][8], ws[3][8], ns[3][8];
     uint32_t i;
@@ -5552,7 +6255,7 @@ static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, ps
     psurf__l3_store(ws, w);
     psurf__l3_store(ns, n);
     for (i = 0; i < 8; i++)                             /* those that repeat the first as well */
-        if (unsure >> i & 1) psurf__mend_normal(r, k, i, us, ws, ns);
+        if (unsure >> i & 1) psurf__mend_normal(r, k, i, direction, us, ws, ns);
     n.x = psurf__l_load(ns[0]);
     n.y = psurf__l_load(ns[1]);
     n.z = psurf__l_load(ns[2]);
@@ -5571,10 +6274,11 @@ static PSURF__INLINE void PSURF__K(both_sides)(const psurf__l3 *c, int degree, p
     *behind = psurf__l3_add(even, odd);
 }
 
-/* One sample of all lanes to where the cursor points. */
+/* One sample of all lanes to where the cursor points. The normal has the direction of u x w, or of
+   w where that is a normal itself. */
 static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(line) *line,
                                           uint32_t k, psurf__l3 p, psurf__l3 u, psurf__l3 w,
-                                          int normals, psurf__cursor *c)
+                                          int normals, int direction, psurf__cursor *c)
 {
     psurf__lanes q;
     psurf__l3 n;
@@ -5584,11 +6288,11 @@ static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(li
         psurf__advance(c);
         return;
     }
-    n = psurf__l3_cross(u, w);
+    n = direction ? w : psurf__l3_cross(u, w);
     q = psurf__l3_dot(n, n);
-    sure = psurf__l_greater(q, line->facets->parallel);
+    sure = psurf__l_greater(q, direction ? psurf__l_all(PSURF__VANISHING) : line->facets->parallel);
     n = psurf__l3_mul(n, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
-    if (!PSURF__LIKELY(sure == 0xFFu)) n = PSURF__K(mend)(r, k, u, w, n, ~sure);
+    if (!PSURF__LIKELY(sure == 0xFFu)) n = PSURF__K(mend)(r, k, direction, u, w, n, ~sure);
     if (c->interleaved) {
         psurf__l_write6(p.x, p.y, p.z, n.x, n.y, n.z, c->p, c->p_at);
     } else {
@@ -5596,6 +6300,18 @@ static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(li
         psurf__l_write3(n.x, n.y, n.z, c->n, c->n_at);
     }
     psurf__advance(c);
+}
+
+/* The ends of a line that are corners with normals of their own: "at a corner" [GB] has the normal
+   that it was given, whatever the patch has around it. */
+static void PSURF__K(put_corners)(const psurf__run *r, const PSURF__K(line) *line, psurf__l3 first,
+                                  psurf__l3 last, psurf__cursor cursors[2])
+{
+    const psurf__l3 *n = line->normals[0];
+    if (r->begin == 0) PSURF__K(write)(r, line, 0, first, *n, *n, 1, 1, &cursors[0]);
+    n = line->normals[1];
+    if (r->n < r->end && r->n > 0)
+        PSURF__K(write)(r, line, r->n, last, *n, *n, 1, 1, &cursors[1]);
 }
 
 /* Samples k and n-k of a line, k0 <= k < k1, as far as they are wanted: forth from its beginning
@@ -5619,29 +6335,190 @@ static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(
             if (!edge) last = psurf__l3_add(*origin, last);
         }
         u_first = u_last = w_first = w_last = first;
-        if (normals) {
+        if (normals) PSURF__K(both_sides)(line->w, 3, h, hh, &w_first, &w_last);
+        if (normals == PSURF__SURFACE)
             PSURF__K(both_sides)(line->u, quartic ? 3 : 2, h, hh, &u_first, &u_last);
-            PSURF__K(both_sides)(line->w, 3, h, hh, &w_first, &w_last);
+        if (edge && !quartic && normals && k == 0 && line->normals[0]) {
+            PSURF__K(put_corners)(r, line, first, last, cursors);
+            continue;
         }
         if (PSURF__LIKELY(k >= r->begin))
-            PSURF__K(write)(r, line, k, first, u_first, w_first, normals, &cursors[0]);
+            PSURF__K(write)(r, line, k, first, u_first, w_first, normals,
+                            normals == PSURF__SHADING, &cursors[0]);
         if (PSURF__LIKELY(r->n - k < r->end && 2 * k != r->n))
-            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals, &cursors[1]);
+            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals,
+                            normals == PSURF__SHADING, &cursors[1]);
+    }
+}
+
+/* Weights of the blends of eight samples of a line: value, and derivatives along and across. */
+typedef struct PSURF__K(blended) {
+    psurf_real p[PSURF__MAX_BLENDS][8], u[PSURF__MAX_BLENDS][8], w[PSURF__MAX_BLENDS][8];
+} PSURF__K(blended);
+
+/* Of samples k, k + step, k + 2 step ... as far as the line goes. */
+static void PSURF__K(weigh)(const psurf__run *r, uint32_t k, int step, PSURF__K(blended) *out)
+{
+    const psurf_real rate = PSURF__R(r->group->rate);
+    const uint32_t blends = psurf__blend_count(r->group->kind);
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5));
+    PSURF__K(weight) weight[PSURF__MAX_BLENDS];
+    psurf_real at[2][8];
+    psurf__lanes t[3];
+    uint32_t i;
+    for (i = 0; i < 8; i++) {
+        at[0][i] = PSURF__R(r->n - k) / rate;
+        at[1][i] = PSURF__R(k) / rate;
+        if (step > 0 ? k < r->n : k > 0) k = step > 0 ? k + 1 : k - 1;
+    }
+    t[0] = psurf__l_load(at[0]);
+    t[1] = psurf__l_load(at[1]);
+    t[2] = psurf__l_all(PSURF__R(r->d) / rate);
+    PSURF__K(blend_weights)(r->group->kind, t, 0, weight);
+    for (i = 0; i < blends; i++) {
+        const psurf__lanes *d = weight[i].d, sum = psurf__l_add(d[0], d[1]);
+        psurf__l_store(out->p[i], weight[i].v);
+        psurf__l_store(out->u[i], psurf__l_sub(d[1], d[0]));
+        psurf__l_store(out->w[i], psurf__l_sub(d[2], psurf__l_mul(half, sum)));
+    }
+}
+
+/* What the blends add to sample i of those eight. */
+static PSURF__INLINE psurf__l3 PSURF__K(blend)(psurf__l3 sum, psurf_real (*weights)[8], uint32_t i,
+                                               const psurf__l3 *points, uint32_t blends)
+{
+    uint32_t b;
+    for (b = 0; b < blends; b++)
+        sum = psurf__l3_mad(sum, psurf__l_all(weights[b][i]), points[b]);
+    return sum;
+}
+
+/* The same of triangles: a cubic, and what is blended into it. */
+static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PSURF__K(line) *line,
+                                                   uint32_t k0, uint32_t k1, uint32_t blends,
+                                                   int normals, psurf__cursor cursors[2])
+{
+    const psurf__l3 *origin = &line->facets->origin, *x = line->facets->blends;
+    PSURF__K(blended) forth, back;
+    uint32_t k, i = 0;
+    for (k = k0; k < k1; k++, i = (i + 1) % 8) {
+        const psurf_real from_middle = PSURF__R(r->n - 2 * k) / r->span;
+        const psurf__lanes h = psurf__l_all(from_middle), hh = psurf__l_all(from_middle * from_middle);
+        psurf__l3 first, last, u_first, u_last, w_first, w_last;
+        if (blends && i == 0) {
+            PSURF__K(weigh)(r, k, 1, &forth);
+            PSURF__K(weigh)(r, r->n - k, -1, &back);
+        }
+        if (k == 0) {
+            psurf__l3_put(&first, *line->ends[0]);
+            psurf__l3_put(&last, *line->ends[1]);
+        } else {
+            PSURF__K(both_sides)(line->p, 3, h, hh, &first, &last);
+            if (!r->edge) {
+                first = psurf__l3_add(*origin, PSURF__K(blend)(first, forth.p, i, x, blends));
+                last = psurf__l3_add(*origin, PSURF__K(blend)(last, back.p, i, x, blends));
+            }
+        }
+        u_first = u_last = w_first = w_last = first;
+        if (normals) PSURF__K(both_sides)(line->w, 2, h, hh, &w_first, &w_last);
+        if (normals == PSURF__SURFACE) {
+            PSURF__K(both_sides)(line->u, 2, h, hh, &u_first, &u_last);
+            u_first = PSURF__K(blend)(u_first, forth.u, i, x, blends);
+            w_first = PSURF__K(blend)(w_first, forth.w, i, x, blends);
+            u_last = PSURF__K(blend)(u_last, back.u, i, x, blends);
+            w_last = PSURF__K(blend)(w_last, back.w, i, x, blends);
+        }
+        if (normals && k == 0 && line->normals[0]) {
+            PSURF__K(put_corners)(r, line, first, last, cursors);
+            continue;
+        }
+        PSURF__K(write)(r, line, k, first, u_first, w_first, normals, normals == PSURF__SHADING,
+                        &cursors[0]);
+        if (2 * k != r->n)
+            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals,
+                            normals == PSURF__SHADING, &cursors[1]);
+    }
+}
+
+static void PSURF__K(triangle_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                                       uint32_t k1, psurf__cursor cursors[2])
+{
+    const int normals = (int)r->group->normals;
+    switch (psurf__blend_count(r->group->kind) + (uint32_t)normals) {
+    case 0: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__NO_NORMALS, cursors); return;
+    case 1: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SURFACE, cursors); return;
+    case 2: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SHADING, cursors); return;
+    case 7: PSURF__K(triangle_pairs)(r, line, k0, k1, 6, PSURF__SURFACE, cursors); return;
+    case 10: PSURF__K(triangle_pairs)(r, line, k0, k1, 9, PSURF__SURFACE, cursors); return;
+    case 13: PSURF__K(triangle_pairs)(r, line, k0, k1, 12, PSURF__SURFACE, cursors); return;
+    default:
+        PSURF__K(triangle_pairs)(r, line, k0, k1, psurf__blend_count(r->group->kind), normals,
+                                 cursors);
+    }
+}
+
+/* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample. */
+static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                                     uint32_t k1, psurf__cursor cursors[2])
+{
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), exact = line->facets->local[18].z;
+    const int exactly = psurf__l_greater(exact, half) != 0;     /* to shade with the surface's */
+    const psurf__normals normals = r->group->normals;
+    const psurf_real rate = PSURF__R(r->group->rate);
+    uint32_t k, side;
+    for (k = k0; k < k1; k++) {
+        const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
+        const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
+        psurf__l3 p[2], w[2];
+        PSURF__K(jet) jet;
+        if (k > 0 && r->edge) PSURF__K(both_sides)(line->p, 3, h, hh, &p[0], &p[1]);
+        if (normals == PSURF__SHADING) PSURF__K(both_sides)(line->w, 2, h, hh, &w[0], &w[1]);
+        for (side = 0; side < 2; side++) {
+            const uint32_t at = side ? r->n - k : k;
+            psurf__lanes t[3];
+            if (side && 2 * k == r->n) continue;
+            t[0] = psurf__l_all(PSURF__R(r->n - at) / rate);
+            t[1] = psurf__l_all(PSURF__R(at) / rate);
+            t[2] = psurf__l_all(PSURF__R(r->d) / rate);
+            if (k > 0 || normals == PSURF__SURFACE || exactly)
+                PSURF__K(npatch)(line->facets->local, t, normals == PSURF__SURFACE || exactly,
+                                 &jet);
+            if (k == 0) psurf__l3_put(&p[side], *line->ends[side]);
+            else if (!r->edge) p[side] = psurf__l3_add(line->facets->origin, jet.p);
+            if (normals == PSURF__SHADING && !exactly) jet.dv = w[side];
+            else if (normals == PSURF__SHADING)
+                jet.dv = psurf__l3_select(exact, half, psurf__l3_cross(jet.du, jet.dv), w[side]);
+            if (normals && k == 0 && line->normals[0]) jet.dv = *line->normals[side];
+            PSURF__K(write)(r, line, at, p[side], jet.du, jet.dv, normals != PSURF__NO_NORMALS,
+                            normals == PSURF__SHADING || (k == 0 && line->normals[0]),
+                            &cursors[side]);
+        }
     }
 }
 
 static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
                                   uint32_t k1, psurf__cursor cursors[2])
 {
-    switch ((r->tensor ? 0 : 4) + (r->edge ? 2 : 0) + (r->group->normals ? 1 : 0)) {
-    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, 0, cursors); return;
-    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, 1, cursors); return;
-    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 1, 0, cursors); return;
-    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, 1, cursors); return;
-    case 4: PSURF__K(samples)(r, line, k0, k1, 1, 0, 0, cursors); return;
-    case 5: PSURF__K(samples)(r, line, k0, k1, 1, 0, 1, cursors); return;
-    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 1, 0, cursors); return;
-    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, 1, cursors); return;
+    const psurf_kind kind = r->group->kind;
+    if (kind == PSURF_NPATCH) {
+        PSURF__K(npatch_samples)(r, line, k0, k1, cursors);
+        return;
+    }
+    if (r->tensor && psurf__kind_sides(kind) == 3 && kind != PSURF_POLAR) {
+        PSURF__K(triangle_samples)(r, line, k0, k1, cursors);
+        return;
+    }
+    switch ((r->tensor ? 0 : 6) + (r->edge ? 3 : 0) + (int)r->group->normals) {
+    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__NO_NORMALS, cursors); return;
+    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__SURFACE, cursors); return;
+    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__SHADING, cursors); return;
+    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__NO_NORMALS, cursors); return;
+    case 4: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__SURFACE, cursors); return;
+    case 5: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__SHADING, cursors); return;
+    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 0, PSURF__NO_NORMALS, cursors); return;
+    case 7: PSURF__K(samples)(r, line, k0, k1, 1, 0, PSURF__SURFACE, cursors); return;
+    case 9: PSURF__K(samples)(r, line, k0, k1, 1, 1, PSURF__NO_NORMALS, cursors); return;
+    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, PSURF__SURFACE, cursors); return;
     }
 }
 
@@ -5703,14 +6580,16 @@ static void PSURF__K(put_tensor_line)(const PSURF__K(facets) *f, psurf__run *r)
 {
     const uint32_t rate = r->group->rate;
     const int polar = r->group->kind == PSURF_POLAR;
+    const int three = psurf__kind_sides(r->group->kind) == 3;
     PSURF__K(line) line;
-    r->n = polar ? rate - r->d : rate;
-    r->span = PSURF__R(r->n ? 2 * r->n : 1);
+    r->n = three ? rate - r->d : rate;
+    r->span = PSURF__R(three && !polar ? 2 * rate : r->n ? 2 * r->n : 1);
     r->edge = r->d == 0 || r->d == rate;
     r->begin = 0;
     r->end = r->n + 1;
     line.facets = f;
     if (polar) PSURF__K(polar_line)(f, r, &line);
+    else if (three) PSURF__K(triangle_line)(f, r, &line);
     else PSURF__K(bicubic_line)(f, r, &line);
     PSURF__K(put_line)(r, &line);
 }
@@ -5741,7 +6620,7 @@ static void PSURF__K(lattice)(const psurf__group *g)
     psurf__run r;
     r.group = g;
     r.sector = 0;
-    r.tensor = g->kind == PSURF_BICUBIC || g->kind == PSURF_POLAR;
+    r.tensor = psurf__kinds[g->kind].sectors == 1;
     PSURF__K(open_facets)(g, &f);
     for (r.d = 0; r.tensor && r.d <= g->rate; r.d++) PSURF__K(put_tensor_line)(&f, &r);
     for (; !r.tensor && r.sector < m; r.sector++) {
@@ -5877,6 +6756,18 @@ static void psurf__lone_batch(psurf__batch *b, psurf_kind kind, const psurf_real
     }
 }
 
+/* First derivatives at a spot. */
+static void psurf__slopes(psurf_kind kind, const psurf_real *points, const psurf__spot *spot,
+                          psurf__v3 *du, psurf__v3 *dv)
+{
+    psurf__jet jets[8];
+    psurf__batch batch;
+    psurf__lone_batch(&batch, kind, points, spot);
+    psurf__best_kernels()->jets(&batch, 0, jets);
+    *du = jets[0].du;
+    *dv = jets[0].dv;
+}
+
 /* The unit normal. Where du and dv are parallel, as on a crease of blend ratio 0, it is the
    one-sided normal a little inside; 0 if there is none either. */
 static psurf__v3 psurf__normal(psurf_kind kind, const psurf_real *points, const psurf__spot *spot,
@@ -5884,16 +6775,14 @@ static psurf__v3 psurf__normal(psurf_kind kind, const psurf_real *points, const 
 {
     psurf__v3 n = psurf__unit_cross(du, dv);
     psurf__spot inside = *spot;
-    psurf__jet near_by[8];
-    psurf__batch batch;
     if (psurf__dot(n, n) > 0) return n;
     psurf__move_inside(kind, &inside);
-    psurf__lone_batch(&batch, kind, points, &inside);
-    psurf__best_kernels()->jets(&batch, 0, near_by);
-    return psurf__unit_cross(near_by[0].du, near_by[0].dv);
+    psurf__slopes(kind, points, &inside, &du, &dv);
+    return psurf__unit_cross(du, dv);
 }
 
-static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
+/* direction: the normal that was to be written vanishes; that of the surface takes its place. */
+static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane, int direction,
                                psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8])
 {
     const psurf__group *g = run->group;
@@ -5920,6 +6809,7 @@ static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
         spot.w[2] = (rate - steps) / rate;
         spot.w[3] = 0;
     }
+    if (direction) psurf__slopes(g->kind, g->points[lane], &spot, &du, &dv);
     normal = psurf__normal(g->kind, g->points[lane], &spot, du, dv);
     n[0][lane] = normal.x;
     n[1][lane] = normal.y;
@@ -6468,6 +7358,7 @@ typedef struct psurf__job {             /* of one psurf_tessellate */
     const psurf__kernels *kernels;
     uint32_t rate, end;                 /* end: of the range of faces */
     int welded;
+    psurf__normals normals;             /* that out->n gets */
 } psurf__job;
 
 static void psurf__open_group(const psurf__job *job, psurf_kind kind, uint32_t turn, int split,
@@ -6477,7 +7368,8 @@ static void psurf__open_group(const psurf__job *job, psurf_kind kind, uint32_t t
     g->turn = turn;
     g->count = 0;
     g->rate = job->rate;
-    g->normals = job->out->n != NULL;
+    g->normals = job->normals;
+    if (job->normals == PSURF__SHADING && !psurf__kinds[kind].shaded) g->normals = PSURF__SURFACE;
     g->border_only = 0;
     g->apart = split ? PSURF__ALL_APART : job->welded ? PSURF__BORDER_APART : PSURF__NONE_APART;
     g->aim = psurf__aim_line;
@@ -6515,7 +7407,7 @@ static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o,
     o->n[lane] = o->sink;
     if (job->out->p) o->p[lane] = job->out->p + (l->base - job->out->first_vertex) * o->p_stride;
     if (job->out->n) o->n[lane] = job->out->n + (l->base - job->out->first_vertex) * o->n_stride;
-    g->points[lane] = psurf__patch_points(job->patches, g->kind, facet);
+    g->points[lane] = psurf__view_facet(job->patches, facet).points;
     if (g->count == 8) psurf__run_group(job, g, o);
 }
 
@@ -6549,7 +7441,8 @@ static void psurf__write_split_face(const psurf__job *job, uint32_t face)
     }
 }
 
-/* Whole faces of each turn, and pieces of split ones, gather in groups of their own. */
+/* Facets filed under a kind. Whole faces of each turn, and pieces of split ones, gather in groups of
+   their own. */
 static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t first_face)
 {
     const psurf_topology *t = job->patches->topology;
@@ -6557,7 +7450,9 @@ static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t fi
     psurf__group groups[4];
     uint32_t i = psurf__first_facet(t, kind, first_face), k;
     if (i >= t->kind_first[kind + 1]) return;
-    for (k = 0; k < 4; k++) psurf__open_group(job, kind, k % 3, k == 3, &groups[k], &outputs[k]);
+    for (k = 0; k < 4; k++)
+        psurf__open_group(job, psurf__patch_kind(job->patches, kind), k % 3, k == 3, &groups[k],
+                          &outputs[k]);
     for (; i < t->kind_first[kind + 1] && t->facets[i].face < job->end; i++) {
         const psurf_facet *facet = &t->facets[i];
         if (!(facet->piece & PSURF_SPLIT_FACE)) {
@@ -6575,6 +7470,13 @@ static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t fi
         psurf__add_facet(job, &groups[k], &outputs[k], i);
     }
     for (k = 0; k < 4; k++) psurf__run_group(job, &groups[k], &outputs[k]);
+}
+
+static void psurf__tessellate_kinds(psurf__job *job, uint32_t first_face)
+{
+    uint32_t k;
+    for (k = 0; k < PSURF_KIND_COUNT; k++)
+        psurf__tessellate_kind(job, (psurf_kind)k, first_face);
 }
 
 /* ---- triangles ---- */
@@ -6680,11 +7582,13 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
 {
     psurf_tess_span span;
     psurf_result result;
+    psurf_tess_out to;
     psurf__job job;
-    uint32_t f, k;
+    uint32_t f;
     if (!patches || !out || out->p_stride % sizeof(psurf_real) ||
-        out->n_stride % sizeof(psurf_real))
+        out->n_stride % sizeof(psurf_real) || out->shade_stride % sizeof(psurf_real))
         return PSURF_BAD_DESC;
+    to = *out;
     result = psurf_tessellate_size(patches->topology, desc, first_face, face_count, &span);
     if (result != PSURF_OK) return result;
     if (out->first_vertex > span.first_vertex || out->first_index > span.first_index)
@@ -6693,13 +7597,20 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
         (uint64_t)span.first_vertex + span.vertex_count - out->first_vertex > 0xFFFFu)
         return PSURF_TOO_LARGE;
     job.patches = patches;
-    job.out = out;
+    job.out = &to;
     job.kernels = psurf__best_kernels();
     job.rate = desc->rate;
     job.end = psurf__range_end(first_face, face_count, patches->topology->info.faces);
     job.welded = !(desc->flags & PSURF_TESS_PER_FACE);
-    for (k = 0; k < PSURF_KIND_COUNT && (out->p || out->n); k++)
-        psurf__tessellate_kind(&job, (psurf_kind)k, first_face);
+    job.normals = out->n ? PSURF__SURFACE : PSURF__NO_NORMALS;
+    if (out->n || (out->p && !out->shade)) psurf__tessellate_kinds(&job, first_face);
+    if (out->shade) {                                   /* in place of n, in a run of its own */
+        to.n = out->shade;
+        to.n_stride = out->shade_stride;
+        if (out->n) to.p = NULL;
+        job.normals = PSURF__SHADING;
+        psurf__tessellate_kinds(&job, first_face);
+    }
     for (f = first_face; f < job.end && (out->where || out->indices); f++)
         psurf__number_face(patches, desc, f, out);
     return PSURF_OK;
@@ -6979,12 +7890,23 @@ static void psurf__compare(const psurf_real *a, const psurf_real *b, int sharp, 
     }
 }
 
+/* Whether the construction of the edge fell back, as a facet beside it noted. */
+static int psurf__fell_back(const psurf__side *side)
+{
+    const psurf__view view = psurf__view_facet(side->patches, side->facet);
+    const uint32_t flags = psurf__kind_table[view.kind].points - 1;     /* the last point */
+    return view.row->net && !view.row->shaded &&
+           view.points[3 * flags + side->edge] > PSURF_EDGE_HARD;
+}
+
+/* Edges that two faces share; from psurf_info.edges on, those between pieces of one face. */
 static void psurf__check_edge(const psurf_patches *patches, const psurf__control *control,
                               psurf_real shortest, uint32_t rate, uint32_t edge,
                               psurf_check_result *r)
 {
     const psurf_topology *t = patches->topology;
-    const psurf_edge corners = t->edges[edge];
+    const uint32_t second_sides = t->info.edge_sides - t->info.edges;
+    const psurf_edge corners = t->edges[edge < t->info.edges ? edge : edge + second_sides];
     const psurf_corner *ends[2];
     psurf__side a, b;
     uint32_t k, first, count;
@@ -6995,12 +7917,13 @@ static void psurf__check_edge(const psurf_patches *patches, const psurf__control
     ends[0] = &t->corners[corners.corner];
     ends[1] = &t->corners[corners.other];
     sharp = ((ends[0]->edge ^ ends[1]->edge) & ~PSURF_WRITER) != 0 ||
-            (control->blends && (control->blends[ends[0]->spoke] <= 0 ||
+            (control->blends && t->split == PSURF_SPLIT_PM && (control->blends[ends[0]->spoke] <= 0 ||
                                  control->blends[ends[1]->spoke] <= 0));
     degenerate = psurf__is_degenerate(t, control, &a) || psurf__is_degenerate(t, control, &b) ||
                  psurf__distance(psurf__corner_position(t, control, corners.corner),
                                  psurf__corner_position(t, control, corners.other)) < shortest;
     r->sharp_edges += (uint32_t)sharp;
+    r->fallback_edges += (uint32_t)(psurf__fell_back(&a) || psurf__fell_back(&b));
     for (first = 0; first <= rate; first += PSURF__PROBES) {
         count = rate + 1 - first < PSURF__PROBES ? rate + 1 - first : PSURF__PROBES;
         psurf__probe_side(&a, rate, first);
@@ -7024,7 +7947,8 @@ PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_con
     *result = none;
     control = psurf__control_of(patches, desc);
     shortest = PSURF__R(1e-5) * psurf__mesh_diagonal(patches->topology, &control);
-    end = psurf__range_end(first_edge, edge_count, patches->topology->info.edges);
+    end = psurf__range_end(first_edge, edge_count, patches->topology->info.edges +
+                                                       patches->topology->info.inner_edges);
     for (e = first_edge; e < end; e++)
         psurf__check_edge(patches, &control, shortest, rate, e, result);
     return PSURF_OK;
@@ -7236,6 +8160,8 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__SIMD_X86
 #undef PSURF__DISPATCH
 #undef PSURF__EIGHTH
+#undef PSURF__VANISHING
+#undef PSURF__SLIGHT
 #undef PSURF__BEZIER_EDGES
 #undef PSURF__BOUNDARY_EDGES
 #undef PSURF__BLOCK
