@@ -19,7 +19,7 @@
      2 memory          >>2           allocator, blocks
      3 topology        >>3           faces in, tables out: half-edges, rings, kinds of facet
      4 vertex data     >>4           limit points, tangent points, face points
-     5 schemes         >>5           control points: pm
+     5 schemes         >>5           control points: pm; point-normal triangles and quads
      6 parameters      >>6           where a parameter lies on a patch
      7 kernels         >>7           points and derivatives, eight at a time
      8 points          >>8           samples at arbitrary places
@@ -97,9 +97,41 @@
        but a pole at its end into a plain vertex.
      * boundaries: a smooth curve through the boundary vertices, B-spline on regular ones. A vertex
        with one face is a corner.
-     * split faces: a face of six corners or more, at an interior vertex of two edges, or alone on
-       its side of a crease becomes a fan of triangles round its centre, a polar cap where its rim
-       is regular. Results are per input face all the same.
+     * split faces: with pm, a face of six corners or more, at an interior vertex of two edges, or
+       alone on its side of a crease becomes a fan of triangles round its centre, a polar cap where
+       its rim is regular. pn splits faces of five corners or more into quads and a triangle,
+       all others split all but triangles, both from the corner with the lowest vertex on. Results
+       are per input face all the same.
+     * point-normal schemes (all but pm) make a patch from the corners of a facet and the normals
+       there, some with a look at the facets across its edges; the surface passes through the
+       vertices. Normals are the caller's, or computed. Blend ratios and corners mean nothing here.
+
+   CHOOSING A SCHEME
+     scheme        facets   across edges        needs     bytes  best for
+     pm            3 4 5 o  G1, mostly C2       rings     192+   animated characters: smooth, near
+                                                                 Catmull-Clark
+     pn            3 4      C0, shaded smooth   corners   192    the cheapest look; a quad 300 bytes
+     smoothed_n    3        G1 (final: C0)      corners   228    PN's look without its creases
+     hybrid        3        G1                  apexes    264    analytic shapes: spheres, tori;
+                                                                 unsafe where normals turn far
+     png1          3        G1                  apexes    300    arbitrary meshes, a few dents
+     cubic_wm_b1   3        G1                  corners   228    arbitrary meshes: safe, round
+     cubic_pn_b1   3        G1                  corners   228    the same beside pn on one object
+     cubic_.._b2   3        nearly G1           corners   228    comparison alone
+   pm approximates its mesh, the others interpolate it (PSURF_NORMALS_LIMIT makes them approximate
+   it, too). Largest distance to a sphere of 80 triangles: hybrid 1.3e-3, png1 2.3e-3, cubic_wm_b1
+   8e-4; to a coarse torus (5 x 5) 0.05, 0.16, 0.10 (`patchsurf report`). Second derivatives do not
+   exist at corners of point-normal patches; hybrid's curvature runs wild near them.
+     * mixing: an object may have a scheme per face (face_schemes): pn where it is far or flat,
+       smoothed_n or cubic_pn_b1 where it is seen; they share their boundary curves to the bit.
+     * hard edges: tags, and edges whose two sides name different normals. Both sides share one
+       curve that is tangent to both planes, so nothing gapes. Normals less than a degree apart
+       count as equal: weld them before they come in.
+     * where a formula has no answer (hybrid: a normal across its plane's; others: opposite normals,
+       edges of no length) the edge falls back to a form that has, on both sides alike. It may lose
+       G1 there; psurf_check counts these edges as fallback_edges.
+     * normals at corners are those given; those in between are the surface's (n), or what pn and
+       smoothed_n shade with (shade).
 
    INPUT RULES
      * Faces counter-clockwise seen from outside, 3 to 65535 corners, no vertex twice in a face.
@@ -107,6 +139,7 @@
        refused, or, with PSURF_CUT_BAD_EDGES, opened: each of their faces gets a boundary there.
      * Vertices without faces are ignored. Several components, and fans that touch at a vertex, are
        fine. A corner of 180 degrees (T-junction entered as a pentagon) is fine.
+     * Normals per face corner by index: equal ones are told by equal indices. pm ignores them.
      * Corners in desc.corners where fewer than two hard or boundary edges meet are ignored. On a
        straight crease they make the normal vanish: flag corners that are corners.
      * Positions may be anything finite. Non-finite ones spread to the points they reach, never into
@@ -121,14 +154,19 @@
                           without the other, a rate or default blend ratio out of range. No
                           location.
      PSURF_BAD_INDEX      a face names a vertex >= vertex_count: face, corner, vertex
-     PSURF_BAD_FACE       fewer than 3 or more than 65535 corners: face. A vertex twice: face,
-                          corner, vertex
+     PSURF_BAD_FACE       fewer than 3 or more than 65535 corners (32767 but for pm): face. A vertex
+                          twice: face, corner, vertex
      PSURF_BAD_EDGE       a tag on no edge of the mesh, a second tag on an edge, unknown flags, a
                           blend ratio outside 0..1: vertex and other are the tag's
      PSURF_BAD_WINDING    two faces run along an edge the same way: face, corner where the edge
                           starts in the later one, vertex, other
      PSURF_NON_MANIFOLD   an edge of three faces: face and corner of the third, vertex, other
      PSURF_BAD_CORNER     desc.corners names a vertex >= vertex_count: vertex
+     PSURF_BAD_NORMAL     desc.face_normals names a normal >= normal_count: face, corner, vertex
+     PSURF_BAD_SCHEME     desc.face_schemes has pm, an unknown scheme, or one that shares no
+                          boundary curves with that of face 0: face
+     PSURF_BAD_SPLIT      the scheme needs a topology of another split, or PSURF_MIXED one with
+                          face_schemes. No location
      PSURF_NOT_FINITE     desc.positions has an infinity or NaN: vertex
      PSURF_TOO_LARGE      2^31-1 corners or vertices, 2^22 edges at a vertex (located), sizes or
                           numbers beyond what memory, 32-bit or 16-bit indices can hold
@@ -187,6 +225,8 @@
 
    SOURCES. [PM] A. Myles, T. Ni, J. Peters: Fast Parallel Construction of Smooth Surfaces from
    Meshes with Tri/Quad/Pent Facets, Symposium on Geometry Processing 2008. "eq." is its equation.
+   [PN] J. Peters: PN-quads, 2008. [N] H. Gruen: Smoothed N-patches. [GB] M. Boschiroli, C.
+   Fuenfzig, L. Romani, G. Albrecht: G1 rational blend interpolatory schemes: a comparative study.
 
    LICENSE. MIT or public domain, your choice; the text is at the end of this file.
 */
@@ -307,9 +347,9 @@ typedef enum psurf_scheme {
               shading normal is the surface's
      hybrid   three corners; per edge b210 b120 b201 b021 b111, as if it were the first; three
               normals; per edge a PSURF_EDGE_... as a real
-     png1     the boundary, ten points without b111; the points that the six keys b210 b120 b201 b021
-              b102 b012 are blended with; per edge two inner points, at its start and end; three
-              normals; per edge a PSURF_EDGE_...
+     png1     the boundary, ten points without b111; the points that the six keys b210 b120 b201
+              b021 b102 b012 are blended with; per edge two inner points, at its start and end;
+              three normals; per edge a PSURF_EDGE_...
      ribbon   the boundary; per edge two inner points; three normals; per edge a PSURF_EDGE_... */
 typedef enum psurf_kind {
     PSURF_BICUBIC, PSURF_POLAR, PSURF_P3, PSURF_P4, PSURF_P5,
@@ -511,7 +551,7 @@ typedef struct psurf_patches_layout {
     size_t limit_offset;                /* [rings][3] limit points v */
     size_t spoke_offset;                /* pm: [spokes][2][3] tangent point t_j, face point f_j */
     size_t normal_offset;               /* others: [rings][3] unit normals; limit points are the
-                                           vertices then, or what PSURF_NORMALS_LIMIT makes of them */
+                                           vertices then, unless PSURF_NORMALS_LIMIT moves them */
 } psurf_patches_layout;
 
 /* Patches of one mesh: a plain value that owns nothing. Fill it with psurf_patches_bind. The
@@ -549,10 +589,10 @@ enum {                                  /* psurf_construct_desc.flags: what else
     PSURF_SIGMA = 1u,                   /* pn, smoothed_n: sigma counts, else 1/2 */
     PSURF_COONS = 2u,                   /* pn: inside of quads by the discrete Coons rule */
     PSURF_FOLDS = 4u,                   /* smoothed_n final: folds beyond 90 degrees are not flat */
-    PSURF_NEARLY_FLAT = 8u,             /* smoothed_n final: edges of dot > 0.98 count as flat, which
-                                           saves their smoothing */
-    PSURF_PLANE_NORMALS = 16u           /* hybrid: plane from the vertex normals at the edge, instead
-                                           of the bisector of its two facets */
+    PSURF_NEARLY_FLAT = 8u,             /* smoothed_n final: edges whose facets' normals have a dot
+                                           product above 0.98 count as flat: saves smoothing them */
+    PSURF_PLANE_NORMALS = 16u           /* hybrid: plane from the vertex normals at the edge, not
+                                           the bisector of its two facets */
 };
 
 typedef struct psurf_construct_desc {
@@ -572,8 +612,9 @@ typedef struct psurf_construct_desc {
 } psurf_construct_desc;
 
 /* How much memory the patches of a topology take, and how it is laid out.
-   Returns PSURF_OK; BAD_DESC for an unknown scheme or NULL; TOO_LARGE where it exceeds the address
-   space. No allocation; any number of threads. */
+   Returns PSURF_OK; BAD_DESC for an unknown scheme or NULL; BAD_SPLIT where the topology is split
+   for other schemes; TOO_LARGE where it exceeds the address space. No allocation; any number of
+   threads. */
 PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_scheme scheme,
                                           psurf_patches_layout *layout);
 
@@ -587,9 +628,11 @@ PSURF_API psurf_result psurf_patches_bind(psurf_patches *out, const psurf_topolo
 
 /* Runs items first..first+count-1 of one pass; a range beyond the last item is cut there.
    Non-finite positions flow to the points they reach and nowhere else.
-   Returns PSURF_OK, or BAD_DESC for canaries, NULL positions, a misaligned stride or no scratch.
+   Returns PSURF_OK, or BAD_DESC for canaries, NULL positions, a misaligned stride, unknown flags,
+   modes or variants, a sigma that is not finite, or no scratch.
    No allocation. Threads: disjoint ranges of one pass run concurrently.
-   Source: [PM] eqs. 13-16 (vertices), 17-22 (facets). */
+   Source: [PM] eqs. 13-16 (vertices), 17-22 (facets); [PN] 2; [N] 1.1; [GB] 2, with hard edges,
+   the variant g1 and the fall-backs of ours. */
 PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
                                             const psurf_construct_desc *desc, psurf_pass pass,
                                             uint32_t first, uint32_t count);
@@ -614,7 +657,10 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
 
 /* A place on the surface. Triangles: u, v are the weights of corner 1 and corner 2. Quads: the unit
    square, corners at (0,0) (1,0) (1,1) (0,1). Both ignore the sector. Faces with m >= 5 corners:
-   sector i spans corner i, corner i+1 and the centre; u, v are the weights of the two corners. */
+   with pm, sector i spans corner i, corner i+1 and the centre; u, v are the weights of the two
+   corners. Else a sector is a piece, counted round the corner with the lowest vertex, which is its
+   corner 0: (m-2)/2 quads, rounded down, and where m is odd a last triangle (pn), or m-2
+   triangles; u, v are as above. */
 typedef struct psurf_sample {
     uint32_t face, sector;
     psurf_real u, v;
@@ -638,12 +684,15 @@ typedef struct psurf_points {
    On facet boundaries p comes from the one cubic that both facets share: bit-identical from both
    sides where the edge parameters are exactly s and 1-s.
    No allocation; any number of threads; no pointer but those inside out may be NULL.
-   Source: [PM] eqs. 2, 3, 17-19; at a pole the rows are weighted by B_j(v)/(1-v). */
+   At corners of point-normal patches n is the normal that was given there; second derivatives do not
+   exist and are written as 0.
+   Source: [PM] eqs. 2, 3, 17-19; at a pole the rows are weighted by B_j(v)/(1-v). [PN] 2, [N] 1.1,
+   [GB] 2 and (1), (10). */
 PSURF_API void psurf_eval(const psurf_patches *patches, const psurf_sample *samples, uint32_t count,
                           const psurf_points *out);
 
 /* Gaussian and mean curvature at count samples; either output may be NULL. [count] reals each, NaN
-   where curvature does not exist (poles, vanishing normals). Mean curvature is negative where the
+   where curvature does not exist (poles, corners of point-normal patches, vanishing normals). Mean curvature is negative where the
    surface bends away from its normal (a sphere: mean = -1/r, gauss = 1/r^2).
    Samples are treated as in psurf_eval. No allocation; any number of threads. */
 PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample *samples,
@@ -685,7 +734,7 @@ typedef struct psurf_tess_out {
    face is cut there. Welded vertices are numbered: one per ring but centres, then rate-1 per edge
    side from the start of its writer on, then the insides face by face. Per face they run
    along corner 0 -> 1 first, then towards the other side; faces of m >= 5 corners sector by sector,
-   their centre last. A face has the same triangles in the same order either way.
+   their centre last, pieces without the line that the one before has. A face has the same triangles in the same order either way.
    Returns PSURF_OK; BAD_DESC for canaries, a rate out of range, unknown flags or NULL; TOO_LARGE
    where numbers do not fit 32 bits (16 bits with PSURF_TESS_INDEX16: at most 65535 vertices, so
    0xFFFF never occurs). No allocation; any number of threads. */
@@ -760,7 +809,8 @@ typedef struct psurf_smooth_mesh {
     psurf_allocator allocator;
 } psurf_smooth_mesh;
 
-/* For small programs: mesh in, triangles out. desc->positions must be set; rate: 1..PSURF_MAX_RATE.
+/* For small programs: mesh in, triangles of the scheme pm out. desc->positions must be set, the
+   split be PSURF_SPLIT_PM; rate: 1..PSURF_MAX_RATE.
    Returns what the calls it is made of return; *mesh is all zero unless PSURF_OK. Allocates through
    desc->allocator; keeps one block. Any thread. */
 PSURF_API psurf_result psurf_smooth(const psurf_mesh_desc *desc, uint32_t rate,
@@ -2897,11 +2947,11 @@ static PSURF__INLINE psurf__v4 psurf__ring_face_point(const psurf__control *cont
 }
 
 /* Limit point, and tangents T1 and T2 there. */
-typedef struct psurf__frame { psurf__v4 v, t1, t2; } psurf__frame;
+typedef struct psurf__ring_frame { psurf__v4 v, t1, t2; } psurf__ring_frame;
 
 /* The frame of a closed ring, and its face points to out unless that is NULL. Sums run over offsets
    from p, so that they keep their digits far from the origin. */
-static PSURF__INLINE psurf__frame psurf__closed_frame(const psurf_topology *t,
+static PSURF__INLINE psurf__ring_frame psurf__closed_frame(const psurf_topology *t,
                                                       const psurf__control *control,
                                                       const psurf_ring *ring, psurf_real *out)
 {
@@ -2911,7 +2961,7 @@ static PSURF__INLINE psurf__frame psurf__closed_frame(const psurf_topology *t,
     const psurf__ring_edge first_edge = psurf__read_edge(t, control, ring, p, first);
     psurf__v4 sum = zero, f;
     psurf__ring_edge edge = first_edge, next;
-    psurf__frame frame;
+    psurf__ring_frame frame;
     uint32_t j;
     frame.t1 = frame.t2 = zero;
     for (j = 0; j < n; j++, edge = next) {
@@ -2935,7 +2985,7 @@ static void psurf__closed_ring(const psurf_patches *patches, const psurf__contro
 {
     const psurf_trig *rows = patches->topology->trig + ring->trig;
     psurf_real *out = psurf__tangent(patches, ring->first_spoke);
-    const psurf__frame frame = psurf__closed_frame(patches->topology, control, ring, out);
+    const psurf__ring_frame frame = psurf__closed_frame(patches->topology, control, ring, out);
     uint32_t j;
     psurf__put4(limit, frame.v);
     for (j = 0; j < psurf__valence(ring); j++)          /* eq. 16 */
@@ -3024,7 +3074,7 @@ static void psurf__sharp_ends(const psurf_topology *t, const psurf__control *con
 /* The frame of an open ring: a boundary, or one side of hard edges (ours; the cut's own row enters
    no interior edge, so eq. 7 holds at all of them). d: as psurf__sharp_ends; its face points to out
    unless that is NULL. */
-static PSURF__INLINE psurf__frame psurf__open_frame(const psurf_topology *t,
+static PSURF__INLINE psurf__ring_frame psurf__open_frame(const psurf_topology *t,
                                                     const psurf__control *control,
                                                     const psurf_ring *ring, psurf__v4 d[2],
                                                     psurf_real *out)
@@ -3034,7 +3084,7 @@ static PSURF__INLINE psurf__frame psurf__open_frame(const psurf_topology *t,
     const psurf__v4 p = psurf__get4(psurf__point_at(control, ring->point));
     psurf__v4 offset, e, f, before = psurf__zero4(), t2 = before;
     psurf__ring_edge edge = psurf__read_edge(t, control, ring, p, first), next;
-    psurf__frame frame;
+    psurf__ring_frame frame;
     uint32_t j;
     psurf__sharp_ends(t, control, ring, p, &frame.v, d);
     offset = psurf__sub4(frame.v, p);
@@ -3058,7 +3108,7 @@ static void psurf__open_ring(const psurf_patches *patches, const psurf__control 
     const uint32_t k = psurf__valence(ring) - 1;
     psurf_real *out = psurf__tangent(patches, ring->first_spoke);
     psurf__v4 d[2];
-    const psurf__frame frame = psurf__open_frame(patches->topology, control, ring, d, out);
+    const psurf__ring_frame frame = psurf__open_frame(patches->topology, control, ring, d, out);
     uint32_t j;
     psurf__put4(limit, frame.v);
     psurf__put4(out, psurf__add4(frame.v, d[0]));
@@ -3114,7 +3164,7 @@ static void psurf__point_normal_pass(const psurf_patches *patches, const psurf__
         n = psurf__unit(psurf__get(control->normals + which * control->normal_stride));
     } else if (control->normal_mode == PSURF_NORMALS_LIMIT) {
         psurf__v4 d[2];
-        const psurf__frame frame = ring->valence & PSURF_RING_OPEN
+        const psurf__ring_frame frame = ring->valence & PSURF_RING_OPEN
                                        ? psurf__open_frame(t, control, ring, d, NULL)
                                        : psurf__closed_frame(t, control, ring, NULL);
         p = psurf__from4(frame.v);
@@ -3480,13 +3530,6 @@ typedef void psurf__local_rule(const psurf__local *l, const psurf__options *opti
 /* A square that is smaller than this part of another is rounding: sines and ratios below 1e-5, in
    double 1e-12. */
 #define PSURF__SLIGHT (sizeof(psurf_real) == 4 ? PSURF__R(1e-10) : PSURF__R(1e-24))
-
-static psurf__v3 psurf__unit(psurf__v3 a)
-{
-    const psurf__v3 s = psurf__scaled(a);
-    const psurf_real q = psurf__dot(s, s);
-    return q > 0 ? psurf__mul(s, 1 / psurf__sqrt(q)) : s;
-}
 
 /* d without its part along n. */
 static psurf__v3 psurf__tangential(psurf__v3 d, psurf__v3 n)
@@ -4375,7 +4418,9 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
    Triangles: w = weights of the three corners. Quads: 1-u, u, 1-v, v. Sectors: weights of corner i,
    corner i+1, centre. */
 
-enum { PSURF__MAX_SECTORS = 5, PSURF__MAX_POINTS = 31, PSURF__MAX_NET = 16 };
+enum {
+    PSURF__MAX_SECTORS = 5, PSURF__MAX_POINTS = 31, PSURF__MAX_NET = 16, PSURF__MAX_BLENDS = 12
+};
 
 typedef struct psurf__spot {
     uint32_t sector;                    /* of a Pm-patch */
@@ -4598,38 +4643,80 @@ static void psurf__triangle_locate(uint32_t turn, uint32_t sector, const psurf_r
 
 /* ---- the table of kinds ---- */
 
+/* A triangle as a cubic, and points that are blended in: both told by places of stored points. A
+   blend is a point, or the way to it from a point of the cubic that it takes the place of. */
+typedef struct psurf__net_row {
+    unsigned char net[10];              /* row by row, as Bezier triangles are stored */
+    unsigned char blends;
+    unsigned char blend[PSURF__MAX_BLENDS][2];  /* place to, place from */
+} psurf__net_row;
+
+#define PSURF__ORIGIN 255               /* instead of a place: the zero of local coordinates */
+
+static const psurf__net_row psurf__bezier_net = {
+    {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 0, {{0, 0}}
+};
+static const psurf__net_row psurf__hybrid_net = {
+    {0, 3, 4, 1, 14, PSURF__ORIGIN, 8, 13, 9, 2}, 9,
+    {{16, 3}, {5, 14}, {6, 8}, {10, 4}, {11, 13}, {15, 9},
+     {7, PSURF__ORIGIN}, {12, PSURF__ORIGIN}, {17, PSURF__ORIGIN}}
+};
+static const psurf__net_row psurf__png1_net = {
+    {0, 1, 2, 3, 4, PSURF__ORIGIN, 5, 6, 7, 8}, 12,
+    {{9, 1}, {10, 2}, {11, 4}, {12, 5}, {13, 6}, {14, 7},
+     {15, PSURF__ORIGIN}, {16, PSURF__ORIGIN}, {17, PSURF__ORIGIN},
+     {18, PSURF__ORIGIN}, {19, PSURF__ORIGIN}, {20, PSURF__ORIGIN}}
+};
+static const psurf__net_row psurf__ribbon_net = {
+    {0, 1, 2, 3, 4, PSURF__ORIGIN, 5, 6, 7, 8}, 6,
+    {{9, PSURF__ORIGIN}, {10, PSURF__ORIGIN}, {11, PSURF__ORIGIN},
+     {12, PSURF__ORIGIN}, {13, PSURF__ORIGIN}, {14, PSURF__ORIGIN}}
+};
+
 typedef struct psurf__kind_row {
-    uint32_t sectors;
+    uint32_t sectors, weights;          /* weights: 4 of the tensor kinds, else 3 */
+    uint32_t control;                   /* stored points before normals and the like; sectors: 0 */
+    int shaded;                         /* has shading normals of its own */
+    const psurf__net_row *net;          /* of point-normal triangles, else NULL */
     void (*locate)(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
                    psurf__spot *spot);
     void (*pull)(const psurf__spot *spot, uint32_t turn, psurf__jet *jet);
     unsigned char edge[5][4];           /* the cubic of each edge: places of v0, t0, t1, v1 */
+    unsigned char normal[4];            /* places of the corners' normals; 0: it has none */
 } psurf__kind_row;
 
-/* Of a Bezier triangle's ten points; of the nine of its boundary. */
+/* Of four by four points; of a Bezier triangle's ten; of the nine of its boundary. */
+#define PSURF__TENSOR_EDGES \
+    {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}
 #define PSURF__BEZIER_EDGES {{0, 1, 2, 3}, {3, 6, 8, 9}, {9, 7, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}
 #define PSURF__BOUNDARY_EDGES {{0, 1, 2, 3}, {3, 5, 7, 8}, {8, 6, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}
 
 static const psurf__kind_row psurf__kinds[PSURF_KIND_COUNT] = {
-    {1, psurf__bicubic_locate, psurf__bicubic_pull,
-     {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}},
-    {1, psurf__polar_locate, psurf__polar_pull,
-     {{0, 1, 2, 3}, {3, 7, 11, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {3, psurf__p3_locate, psurf__p3_pull,
-     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {4, psurf__p4_locate, psurf__p4_pull,
-     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 0}, {0, 0, 0, 0}}},
-    {5, psurf__p5_locate, psurf__p5_pull,
-     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}}},
-    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BEZIER_EDGES},
-    {1, psurf__bicubic_locate, psurf__bicubic_pull,
-     {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}},
-    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BEZIER_EDGES},
-    {1, psurf__triangle_locate, psurf__bicubic_pull,
-     {{0, 3, 4, 1}, {1, 8, 9, 2}, {2, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BOUNDARY_EDGES},
-    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BOUNDARY_EDGES},
-    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BOUNDARY_EDGES}
+    {1, 4, 16, 0, NULL, psurf__bicubic_locate, psurf__bicubic_pull, PSURF__TENSOR_EDGES,
+     {0, 0, 0, 0}},
+    {1, 4, 13, 0, NULL, psurf__polar_locate, psurf__polar_pull,
+     {{0, 1, 2, 3}, {3, 7, 11, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}, {0, 0, 0, 0}},
+    {3, 3, 0, 0, NULL, psurf__p3_locate, psurf__p3_pull,
+     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}, {0, 0, 0, 0}},
+    {4, 3, 0, 0, NULL, psurf__p4_locate, psurf__p4_pull,
+     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 0}, {0, 0, 0, 0}}, {0, 0, 0, 0}},
+    {5, 3, 0, 0, NULL, psurf__p5_locate, psurf__p5_pull,
+     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}},
+     {0, 0, 0, 0}},
+    {1, 3, 10, 1, &psurf__bezier_net, psurf__triangle_locate, psurf__bicubic_pull,
+     PSURF__BEZIER_EDGES, {10, 12, 15, 0}},
+    {1, 4, 16, 1, NULL, psurf__bicubic_locate, psurf__bicubic_pull, PSURF__TENSOR_EDGES,
+     {16, 18, 24, 22}},
+    {1, 3, 10, 1, &psurf__bezier_net, psurf__triangle_locate, psurf__bicubic_pull,
+     PSURF__BEZIER_EDGES, {10, 12, 15, 0}},
+    {1, 3, 18, 0, &psurf__hybrid_net, psurf__triangle_locate, psurf__bicubic_pull,
+     {{0, 3, 4, 1}, {1, 8, 9, 2}, {2, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}, {18, 19, 20, 0}},
+    {1, 3, 21, 0, &psurf__png1_net, psurf__triangle_locate, psurf__bicubic_pull,
+     PSURF__BOUNDARY_EDGES, {21, 22, 23, 0}},
+    {1, 3, 15, 0, &psurf__ribbon_net, psurf__triangle_locate, psurf__bicubic_pull,
+     PSURF__BOUNDARY_EDGES, {15, 16, 17, 0}},
+    {1, 3, 15, 0, &psurf__ribbon_net, psurf__triangle_locate, psurf__bicubic_pull,
+     PSURF__BOUNDARY_EDGES, {15, 16, 17, 0}}
 };
 
 /* ---- quads of two triangles, from corner turn on ---- */
@@ -4660,6 +4747,9 @@ static void psurf__halves_pull(const psurf__spot *spot, uint32_t turn, psurf__je
 static const psurf__kind_row psurf__halves = {
     2, 3, 0, 0, NULL, psurf__halves_locate, psurf__halves_pull, PSURF__BEZIER_EDGES, {0, 0, 0, 0}
 };
+
+/* How many points are blended into the cubic of a point-normal triangle. */
+static uint32_t psurf__blend_count(psurf_kind kind) { return psurf__kinds[kind].net->blends; }
 
 /* ---- what the kernels are asked for ---- */
 
@@ -4837,6 +4927,12 @@ static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
 /* Rows of the 15 points of a sector: where the points of constant distance from the edge begin. */
 static const unsigned char psurf__row[5] = {0, 5, 9, 12, 14};
 
+/* The same of the 10 points of a cubic triangle. */
+static const unsigned char psurf__cubic_row[4] = {0, 4, 7, 9};
+
+/* Places of second derivatives by three weights. */
+static const unsigned char psurf__second[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+
 /* What an instruction set has to offer; all give the same bits. */
 typedef struct psurf__kernels {
     const char *name;
@@ -4894,6 +4990,7 @@ typedef struct psurf__kernels {
 #define psurf__l_div PSURF__K(l_div)
 #define psurf__l_sqrt PSURF__K(l_sqrt)
 #define psurf__l_max PSURF__K(l_max)            /* a > b ? a : b */
+#define psurf__l_select PSURF__K(l_select)      /* a > b ? x : y; y if one of a, b is NaN */
 #define psurf__l_greater PSURF__K(l_greater)    /* bit i: a > b in lane i */
 #define psurf__l_columns PSURF__K(l_columns)    /* lane i of out[k] = p[i][k], k < count >= 4 */
 #define psurf__l_fetch PSURF__K(l_fetch)        /* memory that is soon written */
@@ -4907,6 +5004,7 @@ typedef struct psurf__kernels {
 #define psurf__l3_mix PSURF__K(l3_mix)
 #define psurf__l3_cross PSURF__K(l3_cross)
 #define psurf__l3_dot PSURF__K(l3_dot)
+#define psurf__l3_select PSURF__K(l3_select)
 #define psurf__l3_zero PSURF__K(l3_zero)
 #define psurf__l3_put PSURF__K(l3_put)
 #define psurf__l3_store PSURF__K(l3_store)
@@ -4939,6 +5037,11 @@ static PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a) { return _mm256_
 static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
 {
     return _mm256_max_ps(a, b);
+}
+static PSURF__INLINE psurf__lanes psurf__l_select(psurf__lanes a, psurf__lanes b, psurf__lanes x,
+                                                  psurf__lanes y)
+{
+    return _mm256_blendv_ps(y, x, _mm256_cmp_ps(a, b, _CMP_GT_OQ));
 }
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
@@ -5080,6 +5183,13 @@ static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(_mm_max_ps(a.low, b.low), _mm_max_ps(a.high, b.high));
 }
+static PSURF__INLINE psurf__lanes psurf__l_select(psurf__lanes a, psurf__lanes b, psurf__lanes x,
+                                                  psurf__lanes y)
+{
+    const __m128 low = _mm_cmpgt_ps(a.low, b.low), high = _mm_cmpgt_ps(a.high, b.high);
+    return PSURF__K(both)(_mm_or_ps(_mm_and_ps(low, x.low), _mm_andnot_ps(low, y.low)),
+                          _mm_or_ps(_mm_and_ps(high, x.high), _mm_andnot_ps(high, y.high)));
+}
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     return (unsigned)_mm_movemask_ps(_mm_cmpgt_ps(a.low, b.low)) |
@@ -5206,6 +5316,12 @@ static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(vbslq_f32(vcgtq_f32(a.low, b.low), a.low, b.low),
                           vbslq_f32(vcgtq_f32(a.high, b.high), a.high, b.high));
+}
+static PSURF__INLINE psurf__lanes psurf__l_select(psurf__lanes a, psurf__lanes b, psurf__lanes x,
+                                                  psurf__lanes y)
+{
+    return PSURF__K(both)(vbslq_f32(vcgtq_f32(a.low, b.low), x.low, y.low),
+                          vbslq_f32(vcgtq_f32(a.high, b.high), x.high, y.high));
 }
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
@@ -5352,6 +5468,13 @@ static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
     for (i = 0; i < 8; i++) a.a[i] = a.a[i] > b.a[i] ? a.a[i] : b.a[i];
     return a;
 }
+static PSURF__INLINE psurf__lanes psurf__l_select(psurf__lanes a, psurf__lanes b, psurf__lanes x,
+                                                  psurf__lanes y)
+{
+    int i;
+    for (i = 0; i < 8; i++) y.a[i] = a.a[i] > b.a[i] ? x.a[i] : y.a[i];
+    return y;
+}
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     unsigned bits = 0;
@@ -5451,6 +5574,16 @@ static PSURF__INLINE psurf__l3 psurf__l3_cross(psurf__l3 a, psurf__l3 b)
     c.y = psurf__l_sub(psurf__l_mul(a.z, b.x), psurf__l_mul(a.x, b.z));
     c.z = psurf__l_sub(psurf__l_mul(a.x, b.y), psurf__l_mul(a.y, b.x));
     return c;
+}
+
+/* a > b ? x : y */
+static PSURF__INLINE psurf__l3 psurf__l3_select(psurf__lanes a, psurf__lanes b, psurf__l3 x,
+                                                psurf__l3 y)
+{
+    x.x = psurf__l_select(a, b, x.x, y.x);
+    x.y = psurf__l_select(a, b, x.y, y.y);
+    x.z = psurf__l_select(a, b, x.z, y.z);
+    return x;
 }
 
 /* Copies by components, in the pieces they are read in: compilers that copy structs in smaller ones
@@ -5638,12 +5771,18 @@ static void PSURF__K(triangle_basis)(const psurf__lanes *w, uint32_t n, psurf__l
 }
 
 /* The difference of net points from place (k, l) of the next lower degree, along the edge (0) or
-   towards the centre (1). */
+   away from it (1). */
+static PSURF__INLINE psurf__l3 PSURF__K(step_of)(const unsigned char *row, const psurf__l3 *net,
+                                                 uint32_t k, uint32_t l, int across)
+{
+    const psurf__l3 *from = net + row[l] + k;
+    return psurf__l3_sub(across ? net[row[l + 1] + k] : from[1], *from);
+}
+
 static PSURF__INLINE psurf__l3 PSURF__K(step)(const psurf__l3 *net, uint32_t k, uint32_t l,
                                               int across)
 {
-    const psurf__l3 *from = net + psurf__row[l] + k;
-    return psurf__l3_sub(across ? net[psurf__row[l + 1] + k] : from[1], *from);
+    return PSURF__K(step_of)(psurf__row, net, k, l, across);
 }
 
 static void PSURF__K(sector_second)(const psurf__l3 *net, const psurf__lanes *w,
@@ -5713,11 +5852,463 @@ static psurf__l3 PSURF__K(spot_net)(const psurf__batch *b, uint32_t m, psurf__l3
     return tail[1];
 }
 
+/* ---- rational triangles: a cubic, and points blended in ----
+
+   All of them are linear in their points: S = sum of B_ijk(t) net_ijk + sum of W_n(t) X_n, with
+   weights that depend on the parameter alone. t: the weights of the three corners. Every 0/0 of the
+   formulas is at a corner, where what it is multiplied by vanishes faster; near one, all is written
+   in ratios between 0 and 1, so nothing cancels and nothing overflows. */
+
+/* The weight of a point: value, first and second derivatives by t0, t1, t2, each taken as
+   independent. Second ones: 00 01 02 11 12 22. */
+typedef struct PSURF__K(weight) { psurf__lanes v, d[3], dd[6]; } PSURF__K(weight);
+
+/* A function of two of them, x and y: by x, y; xx, xy, yy. */
+typedef struct PSURF__K(form) { psurf__lanes v, d[2], dd[3]; } PSURF__K(form);
+
+/* 1/s, but 1e12 at most, whose cube is a float. Where s is less, what is divided by it is too. */
+static PSURF__INLINE psurf__lanes PSURF__K(inverse)(psurf__lanes s)
+{
+    return psurf__l_div(psurf__l_all(1), psurf__l_max(s, psurf__l_all(PSURF__R(1e-12))));
+}
+
+static PSURF__INLINE psurf__lanes PSURF__K(twice)(psurf__lanes a) { return psurf__l_add(a, a); }
+
+static PSURF__INLINE psurf__lanes PSURF__K(rest)(psurf__lanes a)
+{
+    return psurf__l_sub(psurf__l_all(1), a);
+}
+
+/* [GB] (10): x^2 y/(x+y), of the nearer point of an edge; with X = x/(x+y) and Y = y/(x+y). */
+static void PSURF__K(b1_form)(psurf__lanes x, psurf__lanes y, int second, PSURF__K(form) *f)
+{
+    const psurf__lanes r = PSURF__K(inverse)(psurf__l_add(x, y)), one = psurf__l_all(1);
+    const psurf__lanes xr = psurf__l_mul(x, r), yr = psurf__l_mul(y, r);
+    const psurf__lanes xx = psurf__l_mul(xr, xr), yy = psurf__l_mul(yr, yr);
+    f->v = psurf__l_mul(x, psurf__l_mul(x, yr));
+    f->d[0] = psurf__l_mul(psurf__l_mul(x, yr), psurf__l_add(one, yr));
+    f->d[1] = psurf__l_mul(x, xx);
+    if (!second) return;
+    f->dd[0] = PSURF__K(twice)(psurf__l_mul(yy, yr));
+    f->dd[1] = psurf__l_mul(xx, psurf__l_add(one, PSURF__K(twice)(yr)));
+    f->dd[2] = psurf__l_mul(psurf__l_mul(xx, xr), psurf__l_all(-2));
+}
+
+/* [GB] (1): x y l with l = x(1-y)/D, D = x(1-y) + y(1-x); X = x/D and Y = y/D are at most 2. */
+static void PSURF__K(b2_form)(psurf__lanes x, psurf__lanes y, int second, PSURF__K(form) *f)
+{
+    const psurf__lanes x1 = PSURF__K(rest)(x), y1 = PSURF__K(rest)(y), one = psurf__l_all(1);
+    const psurf__lanes d = psurf__l_add(psurf__l_mul(x, y1), psurf__l_mul(y, x1));
+    const psurf__lanes r = PSURF__K(inverse)(d);
+    const psurf__lanes xr = psurf__l_mul(x, r), yr = psurf__l_mul(y, r);
+    const psurf__lanes l = psurf__l_mul(xr, y1), k = psurf__l_mul(yr, x1);
+    const psurf__lanes fall = psurf__l_sub(l, psurf__l_mul(xr, k)), more = psurf__l_add(one, yr);
+    psurf__lanes x2, y2;
+    f->v = psurf__l_mul(psurf__l_mul(x, y), l);
+    f->d[0] = psurf__l_mul(psurf__l_mul(y, l), more);
+    f->d[1] = psurf__l_mul(x, fall);
+    if (!second) return;
+    x2 = PSURF__K(rest)(PSURF__K(twice)(x));
+    y2 = PSURF__K(rest)(PSURF__K(twice)(y));
+    f->dd[0] = psurf__l_mul(psurf__l_mul(yr, yr),
+                            psurf__l_sub(psurf__l_mul(y1, more), psurf__l_mul(l, y2)));
+    f->dd[1] = psurf__l_mul(psurf__l_mul(l, yr), PSURF__K(rest)(psurf__l_mul(yr, x2)));
+    f->dd[1] = psurf__l_add(psurf__l_mul(fall, more), f->dd[1]);
+    f->dd[2] = psurf__l_mul(psurf__l_mul(xr, xr),
+                            psurf__l_sub(psurf__l_mul(x2, k),
+                                         psurf__l_mul(x1, psurf__l_add(one, xr))));
+}
+
+/* [GB] 2.2: x L(y) with L = y^2/N, N = y^2 + (1-y)^2, which is never below 1/2. */
+static void PSURF__K(png1_form)(psurf__lanes x, psurf__lanes y, int second, PSURF__K(form) *f)
+{
+    const psurf__lanes y1 = PSURF__K(rest)(y), yy = psurf__l_mul(y, y), one = psurf__l_all(1);
+    const psurf__lanes r = psurf__l_div(one, psurf__l_add(yy, psurf__l_mul(y1, y1)));
+    const psurf__lanes half = psurf__l_mul(y, y1);
+    const psurf__lanes value = psurf__l_mul(yy, r);
+    const psurf__lanes slope = psurf__l_mul(PSURF__K(twice)(half), psurf__l_mul(r, r));
+    psurf__lanes bend;
+    f->v = psurf__l_mul(x, value);
+    f->d[0] = value;
+    f->d[1] = psurf__l_mul(x, slope);
+    if (!second) return;
+    bend = psurf__l_mul(PSURF__K(twice)(psurf__l_sub(y1, y)),
+                        psurf__l_add(one, PSURF__K(twice)(half)));
+    f->dd[0] = psurf__l_all(0);
+    f->dd[1] = slope;
+    f->dd[2] = psurf__l_mul(x, psurf__l_mul(bend, psurf__l_mul(r, psurf__l_mul(r, r))));
+}
+
+/* [GB] 2.1: x times the weight m = B/(A+B) of the other edge, A = (1-y) x^2, B = (1-x) y^2. All is
+   divided by powers of x+y: A+B is 1/4 or more then, but at the corner itself. */
+static void PSURF__K(hybrid_form)(psurf__lanes x, psurf__lanes y, int second, PSURF__K(form) *f)
+{
+    const psurf__lanes s = psurf__l_add(x, y), r = PSURF__K(inverse)(s);
+    const psurf__lanes x1 = PSURF__K(rest)(x), y1 = PSURF__K(rest)(y);
+    const psurf__lanes xr = psurf__l_mul(x, r), yr = psurf__l_mul(y, r);
+    const psurf__lanes xx = psurf__l_mul(xr, xr), yy = psurf__l_mul(yr, yr);
+    const psurf__lanes a = psurf__l_mul(y1, xx), b = psurf__l_mul(x1, yy);
+    const psurf__lanes sum = psurf__l_max(psurf__l_add(a, b), psurf__l_all(PSURF__EIGHTH));
+    const psurf__lanes n = psurf__l_div(psurf__l_all(1), sum), nn = psurf__l_mul(n, n);
+    const psurf__lanes m = psurf__l_mul(b, n);
+    const psurf__lanes ax = psurf__l_mul(PSURF__K(twice)(xr), y1);  /* their slopes, over x+y */
+    const psurf__lanes by = psurf__l_mul(PSURF__K(twice)(yr), x1);
+    const psurf__lanes fall = psurf__l_add(psurf__l_mul(ax, b),
+                                           psurf__l_mul(s, psurf__l_mul(a, yy)));
+    const psurf__lanes rise = psurf__l_add(psurf__l_mul(by, a),
+                                           psurf__l_mul(s, psurf__l_mul(b, xx)));
+    const psurf__lanes mx = psurf__l_mul(psurf__l_mul(fall, nn), psurf__l_all(-1));
+    const psurf__lanes my = psurf__l_mul(rise, nn);     /* those of m, times x+y */
+    psurf__lanes sx, sy, mxx, mxy, myy;
+    f->v = psurf__l_mul(x, m);
+    f->d[0] = psurf__l_add(m, psurf__l_mul(xr, mx));
+    f->d[1] = psurf__l_mul(xr, my);
+    if (!second) return;
+    sx = psurf__l_sub(ax, psurf__l_mul(y, yr));         /* slopes of A+B, over x+y; */
+    sy = psurf__l_sub(by, psurf__l_mul(x, xr));
+    mxx = psurf__l_add(psurf__l_mul(mx, sx), psurf__l_mul(m, y1));  /* of m (A+B) = B, twice */
+    mxx = psurf__l_mul(psurf__l_mul(mxx, n), psurf__l_all(-2));
+    mxy = psurf__l_add(psurf__l_mul(mx, sy), psurf__l_mul(my, sx));
+    mxy = psurf__l_sub(PSURF__K(twice)(psurf__l_sub(psurf__l_mul(m, s), y)), mxy);
+    mxy = psurf__l_mul(mxy, n);
+    myy = psurf__l_sub(psurf__l_mul(x1, PSURF__K(rest)(m)), psurf__l_mul(my, sy));
+    myy = psurf__l_mul(PSURF__K(twice)(myy), n);
+    f->dd[0] = psurf__l_mul(r, psurf__l_add(PSURF__K(twice)(mx), psurf__l_mul(xr, mxx)));
+    f->dd[1] = psurf__l_mul(r, psurf__l_add(my, psurf__l_mul(xr, mxy)));
+    f->dd[2] = psurf__l_mul(r, psurf__l_mul(xr, myy));
+}
+
+/* x y */
+static void PSURF__K(product_form)(psurf__lanes x, psurf__lanes y, int second, PSURF__K(form) *f)
+{
+    f->v = psurf__l_mul(x, y);
+    f->d[0] = y;
+    f->d[1] = x;
+    if (!second) return;
+    f->dd[0] = f->dd[2] = psurf__l_all(0);
+    f->dd[1] = psurf__l_all(1);
+}
+
+/* The weight c t_i^2 f(t_j, t_k), as everything that belongs to a corner i has it. */
+static void PSURF__K(corner_weight)(psurf_real c, const psurf__lanes t[3], uint32_t i, uint32_t j,
+                                    uint32_t k, const PSURF__K(form) *f, int second,
+                                    PSURF__K(weight) *w)
+{
+    const psurf__lanes line = psurf__l_mul(psurf__l_all(2 * c), t[i]);
+    const psurf__lanes square = psurf__l_mul(psurf__l_mul(psurf__l_all(c), t[i]), t[i]);
+    w->v = psurf__l_mul(square, f->v);
+    w->d[i] = psurf__l_mul(line, f->v);
+    w->d[j] = psurf__l_mul(square, f->d[0]);
+    w->d[k] = psurf__l_mul(square, f->d[1]);
+    if (!second) return;
+    w->dd[psurf__second[i][i]] = psurf__l_mul(psurf__l_all(2 * c), f->v);
+    w->dd[psurf__second[i][j]] = psurf__l_mul(line, f->d[0]);
+    w->dd[psurf__second[i][k]] = psurf__l_mul(line, f->d[1]);
+    w->dd[psurf__second[j][j]] = psurf__l_mul(square, f->dd[0]);
+    w->dd[psurf__second[j][k]] = psurf__l_mul(square, f->dd[1]);
+    w->dd[psurf__second[k][k]] = psurf__l_mul(square, f->dd[2]);
+}
+
+/* q = t0 t1 t2/s2 with s2 = t0 t1 + t1 t2 + t2 t0; part[i] = what s2 has without t_i, over s2. */
+static void PSURF__K(share)(const psurf__lanes t[3], int second, PSURF__K(weight) *q)
+{
+    const psurf__lanes t12 = psurf__l_mul(t[1], t[2]), t20 = psurf__l_mul(t[2], t[0]);
+    const psurf__lanes t01 = psurf__l_mul(t[0], t[1]);
+    const psurf__lanes r = PSURF__K(inverse)(psurf__l_add(psurf__l_add(t01, t12), t20));
+    psurf__lanes part[3];
+    uint32_t i, j, k;
+    part[0] = psurf__l_mul(t12, r);
+    part[1] = psurf__l_mul(t20, r);
+    part[2] = psurf__l_mul(t01, r);
+    q->v = psurf__l_mul(t[0], part[0]);
+    for (i = 0; i < 3; i++) {
+        j = psurf__following(i, 3);
+        k = psurf__preceding(i, 3);
+        q->d[i] = psurf__l_mul(part[i], part[i]);
+        if (!second) continue;
+        q->dd[psurf__second[i][i]] =
+            psurf__l_mul(psurf__l_mul(q->d[i], psurf__l_all(-2)),
+                         psurf__l_mul(psurf__l_add(t[j], t[k]), r));
+        q->dd[psurf__second[i][j]] = psurf__l_mul(PSURF__K(twice)(psurf__l_mul(part[i], part[j])),
+                                                psurf__l_mul(t[k], r));
+    }
+}
+
+/* The weight 6 q f(t_i, t_j), as everything that belongs to an edge from i to j has it. */
+static void PSURF__K(edge_weight)(const PSURF__K(weight) *q, uint32_t i, uint32_t j, uint32_t k,
+                                  const PSURF__K(form) *f, int second, PSURF__K(weight) *w)
+{
+    const psurf__lanes six = psurf__l_all(6), q6 = psurf__l_mul(six, q->v);
+    const psurf__lanes f6 = psurf__l_mul(six, f->v), *qq = q->dd;
+    psurf__lanes fi, fj;
+    w->v = psurf__l_mul(q6, f->v);
+    w->d[i] = psurf__l_add(psurf__l_mul(q->d[i], f6), psurf__l_mul(q6, f->d[0]));
+    w->d[j] = psurf__l_add(psurf__l_mul(q->d[j], f6), psurf__l_mul(q6, f->d[1]));
+    w->d[k] = psurf__l_mul(q->d[k], f6);
+    if (!second) return;
+    fi = psurf__l_mul(six, f->d[0]);
+    fj = psurf__l_mul(six, f->d[1]);
+    w->dd[psurf__second[i][i]] = psurf__l_add(psurf__l_mul(qq[psurf__second[i][i]], f6),
+        psurf__l_add(PSURF__K(twice)(psurf__l_mul(q->d[i], fi)), psurf__l_mul(q6, f->dd[0])));
+    w->dd[psurf__second[i][j]] = psurf__l_add(
+        psurf__l_add(psurf__l_mul(qq[psurf__second[i][j]], f6), psurf__l_mul(q6, f->dd[1])),
+        psurf__l_add(psurf__l_mul(q->d[i], fj), psurf__l_mul(q->d[j], fi)));
+    w->dd[psurf__second[j][j]] = psurf__l_add(psurf__l_mul(qq[psurf__second[j][j]], f6),
+        psurf__l_add(PSURF__K(twice)(psurf__l_mul(q->d[j], fj)), psurf__l_mul(q6, f->dd[2])));
+    w->dd[psurf__second[i][k]] = psurf__l_add(psurf__l_mul(qq[psurf__second[i][k]], f6),
+                                            psurf__l_mul(q->d[k], fi));
+    w->dd[psurf__second[j][k]] = psurf__l_add(psurf__l_mul(qq[psurf__second[j][k]], f6),
+                                            psurf__l_mul(q->d[k], fj));
+    w->dd[psurf__second[k][k]] = psurf__l_mul(qq[psurf__second[k][k]], f6);
+}
+
+/* Of the inner points of three edges, at their start and end: B1 or B2. */
+static void PSURF__K(inner_weights)(const psurf__lanes t[3], int b2, int second,
+                                    PSURF__K(weight) w[6])
+{
+    PSURF__K(weight) q;
+    PSURF__K(form) f;
+    uint32_t e, i, j, k, end;
+    if (b2) PSURF__K(share)(t, second, &q);
+    for (e = 0; e < 6; e++) {
+        end = e & 1;                                    /* the nearer corner i, the other one j */
+        i = end ? psurf__following(e / 2, 3) : e / 2;
+        j = end ? e / 2 : psurf__following(i, 3);
+        k = 3 - i - j;
+        if (b2) {
+            PSURF__K(b2_form)(t[i], t[j], second, &f);
+            PSURF__K(edge_weight)(&q, i, j, k, &f, second, &w[e]);
+        } else {
+            PSURF__K(b1_form)(t[j], t[k], second, &f);
+            PSURF__K(corner_weight)(6, t, i, j, k, &f, second, &w[e]);
+        }
+    }
+}
+
+/* Of the six keys' other points, in the order b210 b120 b201 b021 b102 b012. */
+static void PSURF__K(png1_weights)(const psurf__lanes t[3], int second, PSURF__K(weight) w[6])
+{
+    static const unsigned char key[6][2] = {{0, 1}, {1, 0}, {0, 2}, {1, 2}, {2, 0}, {2, 1}};
+    PSURF__K(form) f;
+    uint32_t n;
+    for (n = 0; n < 6; n++) {
+        const uint32_t i = key[n][0], j = key[n][1], k = 3 - i - j;
+        PSURF__K(png1_form)(t[j], t[k], second, &f);
+        PSURF__K(corner_weight)(3, t, i, j, k, &f, second, &w[n]);
+    }
+}
+
+/* Of the other edge's points: per corner k the key towards the next, then that towards the
+   preceding one; and of the three inner points, whose b111 are blended as [GB] (1) has it. */
+static void PSURF__K(hybrid_weights)(const psurf__lanes t[3], int second, PSURF__K(weight) w[9])
+{
+    PSURF__K(weight) q;
+    PSURF__K(form) f;
+    uint32_t i, next, last;
+    PSURF__K(share)(t, second, &q);
+    for (i = 0; i < 3; i++) {
+        next = psurf__following(i, 3);
+        last = psurf__preceding(i, 3);
+        PSURF__K(hybrid_form)(t[next], t[last], second, &f);
+        PSURF__K(corner_weight)(3, t, i, next, last, &f, second, &w[2 * i]);
+        PSURF__K(hybrid_form)(t[last], t[next], second, &f);
+        PSURF__K(corner_weight)(3, t, i, last, next, &f, second, &w[2 * i + 1]);
+        PSURF__K(product_form)(t[i], t[next], second, &f);
+        PSURF__K(edge_weight)(&q, i, next, last, &f, second, &w[6 + i]);
+    }
+}
+
+/* The weights of all blends of a kind; second derivatives if asked for. */
+static void PSURF__K(blend_weights)(psurf_kind kind, const psurf__lanes t[3], int second,
+                                    PSURF__K(weight) *w)
+{
+    if (kind == PSURF_HYBRID_TRI) {
+        PSURF__K(hybrid_weights)(t, second, w);
+    } else if (kind == PSURF_PNG1_TRI) {
+        PSURF__K(png1_weights)(t, second, w);
+        PSURF__K(inner_weights)(t, 1, second, w + 6);
+    } else {
+        PSURF__K(inner_weights)(t, kind == PSURF_RIBBON_B2, second, w);
+    }
+}
+
+/* Stored points with positions relative to the first; normals and the like stay what they are. */
+static void PSURF__K(localise)(psurf_kind kind, const psurf__l3 *stored, psurf__l3 *local)
+{
+    const psurf__l3 origin = stored[0];
+    uint32_t i;
+    for (i = 0; i < psurf__kind_table[kind].points; i++)
+        if (i < psurf__kinds[kind].control) local[i] = psurf__l3_sub(stored[i], origin);
+        else psurf__l3_put(&local[i], stored[i]);
+}
+
+/* Out of local points: the cubic, and what is blended into it. */
+static void PSURF__K(base_net)(psurf_kind kind, const psurf__l3 *local, psurf__l3 net[10])
+{
+    const psurf__net_row *row = psurf__kinds[kind].net;
+    uint32_t k;
+    for (k = 0; k < 10; k++)
+        if (row->net[k] == PSURF__ORIGIN) net[k] = psurf__l3_zero();
+        else psurf__l3_put(&net[k], local[row->net[k]]);
+}
+
+static void PSURF__K(blend_points)(psurf_kind kind, const psurf__l3 *local, psurf__l3 *x)
+{
+    const psurf__net_row *row = psurf__kinds[kind].net;
+    uint32_t n;
+    for (n = 0; n < row->blends; n++) {
+        const uint32_t to = row->blend[n][0], from = row->blend[n][1];
+        if (from == PSURF__ORIGIN) psurf__l3_put(&x[n], local[to]);
+        else x[n] = psurf__l3_sub(local[to], local[from]);
+    }
+}
+
+/* A cubic triangle; order: how many derivatives. u = weight of corner 1, v = weight of corner 2. */
+static PSURF__INLINE void PSURF__K(net_jet)(const psurf__l3 net[10], const psurf__lanes t[3],
+                                            int order, PSURF__K(jet) *jet)
+{
+    const unsigned char *row = psurf__cubic_row;
+    psurf__lanes b3[10], b2[6];
+    uint32_t k, l, at = 0;
+    PSURF__K(triangle_basis)(t, 3, b3);
+    jet->p = psurf__l3_zero();
+    for (k = 0; k < 10; k++) jet->p = psurf__l3_mad(jet->p, b3[k], net[k]);
+    if (order < 1) return;
+    PSURF__K(triangle_basis)(t, 2, b2);
+    jet->du = jet->dv = psurf__l3_zero();
+    for (l = 0; l < 3; l++)
+        for (k = 0; k + l < 3; k++, at++) {
+            const psurf__lanes weight = psurf__l_mul(psurf__l_all(3), b2[at]);
+            jet->du = psurf__l3_mad(jet->du, weight, PSURF__K(step_of)(row, net, k, l, 0));
+            jet->dv = psurf__l3_mad(jet->dv, weight, PSURF__K(step_of)(row, net, k, l, 1));
+        }
+    if (order < 2) return;
+    jet->duu = jet->duv = jet->dvv = psurf__l3_zero();
+    for (at = 0; at < 3; at++) {
+        const psurf__lanes weight = psurf__l_mul(psurf__l_all(6), t[at]);
+        const psurf__l3 u = PSURF__K(step_of)(row, net, at == 1, at == 2, 0);
+        const psurf__l3 v = PSURF__K(step_of)(row, net, at == 1, at == 2, 1);
+        const psurf__l3 next = PSURF__K(step_of)(row, net, (at == 1) + 1, at == 2, 0);
+        const psurf__l3 above = PSURF__K(step_of)(row, net, at == 1, (at == 2) + 1, 0);
+        const psurf__l3 beyond = PSURF__K(step_of)(row, net, at == 1, (at == 2) + 1, 1);
+        jet->duu = psurf__l3_mad(jet->duu, weight, psurf__l3_sub(next, u));
+        jet->duv = psurf__l3_mad(jet->duv, weight, psurf__l3_sub(above, u));
+        jet->dvv = psurf__l3_mad(jet->dvv, weight, psurf__l3_sub(beyond, v));
+    }
+}
+
+/* Second derivatives by u and v, out of those by t0, t1, t2: along 1 - 0 and 2 - 0. */
+static PSURF__INLINE psurf__lanes PSURF__K(along_uu)(const psurf__lanes dd[6])
+{
+    return psurf__l_add(psurf__l_sub(dd[0], dd[1]), psurf__l_sub(dd[3], dd[1]));
+}
+static PSURF__INLINE psurf__lanes PSURF__K(along_uv)(const psurf__lanes dd[6])
+{
+    return psurf__l_add(psurf__l_sub(dd[0], dd[1]), psurf__l_sub(dd[4], dd[2]));
+}
+static PSURF__INLINE psurf__lanes PSURF__K(along_vv)(const psurf__lanes dd[6])
+{
+    return psurf__l_add(psurf__l_sub(dd[0], dd[2]), psurf__l_sub(dd[5], dd[2]));
+}
+
+/* Adds w x. */
+static PSURF__INLINE void PSURF__K(add_blend)(const PSURF__K(weight) *w, psurf__l3 x, int second,
+                                              PSURF__K(jet) *jet)
+{
+    jet->p = psurf__l3_mad(jet->p, w->v, x);
+    jet->du = psurf__l3_mad(jet->du, psurf__l_sub(w->d[1], w->d[0]), x);
+    jet->dv = psurf__l3_mad(jet->dv, psurf__l_sub(w->d[2], w->d[0]), x);
+    if (!second) return;
+    jet->duu = psurf__l3_mad(jet->duu, PSURF__K(along_uu)(w->dd), x);
+    jet->duv = psurf__l3_mad(jet->duv, PSURF__K(along_uv)(w->dd), x);
+    jet->dvv = psurf__l3_mad(jet->dvv, PSURF__K(along_vv)(w->dd), x);
+}
+
+/* A triangle of any kind but npatch, from local points; p is relative to their origin. */
+static void PSURF__K(triangle_jet)(psurf_kind kind, const psurf__l3 *local,
+                                   const psurf__lanes t[3], int second, PSURF__K(jet) *jet)
+{
+    const uint32_t count = psurf__blend_count(kind);
+    PSURF__K(weight) w[PSURF__MAX_BLENDS];
+    psurf__l3 net[10], x[PSURF__MAX_BLENDS];
+    uint32_t n;
+    PSURF__K(base_net)(kind, local, net);
+    PSURF__K(net_jet)(net, t, second ? 2 : 1, jet);
+    if (count == 0) return;
+    PSURF__K(blend_points)(kind, local, x);
+    PSURF__K(blend_weights)(kind, t, second, w);
+    for (n = 0; n < count; n++) PSURF__K(add_blend)(&w[n], x[n], second, jet);
+}
+
+static void PSURF__K(point_normal_jet)(const psurf__batch *b, const psurf__lanes *t, int second,
+                                       PSURF__K(jet) *jet)
+{
+    psurf__l3 points[PSURF__MAX_POINTS], origin;
+    PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, points);
+    psurf__l3_put(&origin, points[0]);
+    PSURF__K(localise)(b->kind, points, points);
+    PSURF__K(triangle_jet)(b->kind, points, t, second, jet);
+    jet->p = psurf__l3_add(jet->p, origin);
+}
+
+/* a at unit length; zero where nothing is left of it, or NaN. */
+static psurf__l3 PSURF__K(unit_or_zero)(psurf__l3 a)
+{
+    const psurf__lanes q = psurf__l3_dot(a, a), least = psurf__l_all(PSURF__R(1e-12));
+    const psurf__l3 n = psurf__l3_mul(a, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
+    return psurf__l3_select(q, least, n, psurf__l3_zero());
+}
+
+/* [PN]: shading normals by the six normals of a triangle, quadratic, or the nine of a quad; w as
+   jets has it. Zero where they cancel. */
+static psurf__l3 PSURF__K(triangle_shade)(const psurf__l3 normals[6], const psurf__lanes t[3])
+{
+    psurf__l3 sum = psurf__l3_zero();
+    psurf__lanes b2[6];
+    uint32_t k;
+    PSURF__K(triangle_basis)(t, 2, b2);
+    for (k = 0; k < 6; k++) sum = psurf__l3_mad(sum, b2[k], normals[k]);
+    return PSURF__K(unit_or_zero)(sum);
+}
+
+static psurf__l3 PSURF__K(quad_shade)(const psurf__l3 normals[9], const psurf__lanes w[4])
+{
+    psurf__l3 row[3];
+    psurf__lanes u3[4], u2[3], v3[4], v2[3];
+    uint32_t j;
+    PSURF__K(bernstein)(w[0], w[1], u3, u2);
+    PSURF__K(bernstein)(w[2], w[3], v3, v2);
+    for (j = 0; j < 3; j++) {
+        const psurf__l3 *n = normals + 3 * j;
+        row[j] = psurf__l3_mad(psurf__l3_mix(u2[0], n[0], u2[1], n[1]), u2[2], n[2]);
+    }
+    return PSURF__K(unit_or_zero)(
+        psurf__l3_mad(psurf__l3_mix(v2[0], row[0], v2[1], row[1]), v2[2], row[2]));
+}
+
+/* Zero where the surface's normal is meant. */
+static psurf__l3 PSURF__K(batch_shade)(const psurf__batch *b, const psurf__lanes w[4])
+{
+    const psurf__kind_row *row = &psurf__kinds[b->kind];
+    const psurf_real *p[8];
+    psurf__l3 normals[9], shade;
+    uint32_t i;
+    if (!row->shaded) return psurf__l3_zero();
+    for (i = 0; i < 8; i++) p[i] = b->points[i] + 3 * row->control;
+    PSURF__K(points)(p, psurf__kind_table[b->kind].points - row->control, normals);
+    if (row->weights == 4) return PSURF__K(quad_shade)(normals, w);
+    shade = PSURF__K(triangle_shade)(normals, w);
+    if (b->kind != PSURF_NPATCH) return shade;
+    return psurf__l3_select(normals[8].z, psurf__l_all(PSURF__R(0.5)), psurf__l3_zero(), shade);
+}
+
 static void PSURF__K(batch_jet)(const psurf__batch *b, const psurf__lanes w[4], int second,
                                 PSURF__K(jet) *jet)
 {
     psurf__l3 net[PSURF__MAX_NET], centre;
-    if (b->kind == PSURF_BICUBIC) {
+    if (psurf__kinds[b->kind].net) {
+        PSURF__K(point_normal_jet)(b, w, second, jet);
+    } else if (b->kind == PSURF_BICUBIC || b->kind == PSURF_PN_QUAD) {
         PSURF__K(points)(b->points, 16, net);
         PSURF__K(bicubic_jet)(net, w, second, jet);
     } else if (b->kind == PSURF_POLAR) {
@@ -5755,8 +6346,8 @@ static unsigned PSURF__K(unit_cross)(psurf__l3 du, psurf__l3 dv, psurf__l3 *n)
              psurf__l_greater(psurf__l_all(PSURF__LONG), lengths)) & 0xFFu;
 }
 
-/* What the surface does at eight spots of one kind of patch. Returns the lanes (bits) whose normal
-   is not told by du and dv alone. */
+/* What the surface does at eight spots of one kind of patch; shade is zero where it is the normal.
+   Returns the lanes (bits) whose normal is not told by du and dv alone. */
 static unsigned PSURF__K(jets)(const psurf__batch *b, int second, psurf__jet jets[8])
 {
     psurf_real weights[4][8];
@@ -5771,9 +6362,11 @@ static unsigned PSURF__K(jets)(const psurf__batch *b, int second, psurf__jet jet
     }
     jet.duu = jet.duv = jet.dvv = psurf__l3_zero();
     PSURF__K(batch_jet)(b, w, second, &jet);
+    jet.shade = PSURF__K(batch_shade)(b, w);
     unsure = PSURF__K(unit_cross)(jet.du, jet.dv, &normal);
     PSURF__K(scatter)(normal, jets, offsetof(psurf__jet, n));
     PSURF__K(scatter)(jet.p, jets, offsetof(psurf__jet, p));
+    PSURF__K(scatter)(jet.shade, jets, offsetof(psurf__jet, shade));
     PSURF__K(scatter)(jet.du, jets, offsetof(psurf__jet, du));
     PSURF__K(scatter)(jet.dv, jets, offsetof(psurf__jet, dv));
     if (!second) return unsure;
@@ -5783,17 +6376,18 @@ static unsigned PSURF__K(jets)(const psurf__batch *b, int second, psurf__jet jet
     return unsure;
 }
 
-/* The box of the Bezier points round each lane's spot. */
+/* The box of the points round each lane's spot: of all but normals and the like, or of a sector's
+   net. It holds the patch, as every point of it is a sum of them with weights that are not negative
+   and sum to 1: Bernstein polynomials; B1 and B2, which share the weight of b111 between the inner
+   points, [GB] (10) and (1); and the weights of two points at a time that a key is mixed of. */
 static void PSURF__K(hull)(const psurf__batch *b, psurf_real low[3][8], psurf_real high[3][8])
 {
-    const uint32_t m = psurf__kind_sides(b->kind);
-    const int tensor = b->kind == PSURF_BICUBIC || b->kind == PSURF_POLAR;
-    const uint32_t count = tensor ? psurf__kind_table[b->kind].points : 15;
+    const uint32_t control = psurf__kinds[b->kind].control, count = control ? control : 15;
     psurf_real p[3][8];
-    psurf__l3 net[PSURF__MAX_NET], origin = psurf__l3_zero();
+    psurf__l3 net[PSURF__MAX_POINTS], origin = psurf__l3_zero();
     uint32_t i, j, k;
-    if (tensor) PSURF__K(points)(b->points, count, net);
-    else origin = PSURF__K(spot_net)(b, m, net);
+    if (control) PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, net);
+    else origin = PSURF__K(spot_net)(b, psurf__kind_sides(b->kind), net);
     for (j = 0; j < count; j++) {
         psurf__l3_store(p, psurf__l3_add(net[j], origin));
         for (k = 0; k < 3; k++)
@@ -6403,7 +6997,8 @@ static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PS
     uint32_t k, i = 0;
     for (k = k0; k < k1; k++, i = (i + 1) % 8) {
         const psurf_real from_middle = PSURF__R(r->n - 2 * k) / r->span;
-        const psurf__lanes h = psurf__l_all(from_middle), hh = psurf__l_all(from_middle * from_middle);
+        const psurf__lanes h = psurf__l_all(from_middle);
+        const psurf__lanes hh = psurf__l_all(from_middle * from_middle);
         psurf__l3 first, last, u_first, u_last, w_first, w_last;
         if (blends && i == 0) {
             PSURF__K(weigh)(r, k, 1, &forth);
@@ -6736,8 +7331,8 @@ static psurf__view psurf__view_facet(const psurf_patches *p, uint32_t facet)
 /* Moves a spot a little towards the middle of its domain. */
 static void psurf__move_inside(psurf_kind kind, psurf__spot *spot)
 {
-    const uint32_t count = psurf__kinds[kind].sectors == 1 ? 4 : 3;
-    const psurf_real middle = psurf__kinds[kind].sectors == 1 ? PSURF__R(0.5) : PSURF__R(1.0 / 3.0);
+    const uint32_t count = psurf__kinds[kind].weights;
+    const psurf_real middle = count == 4 ? PSURF__R(0.5) : PSURF__R(1.0 / 3.0);
     uint32_t k;
     for (k = 0; k < count; k++)
         spot->w[k] = spot->w[k] + PSURF__R(1.0 / 1024.0) * (middle - spot->w[k]);
@@ -6914,6 +7509,33 @@ static void psurf__find_target(const psurf_patches *p, psurf__place place, psurf
     target->view.row->locate(target->view.turn, place.sector, place.w, place.d, &target->spot);
 }
 
+/* The corner with a stored normal that a spot lies at, or PSURF_NONE. */
+static uint32_t psurf__spot_corner(const psurf__kind_row *row, const psurf_real *w)
+{
+    static const unsigned char both[4][2] = {{0, 2}, {1, 2}, {1, 3}, {0, 3}};   /* of a square */
+    const psurf_real most = PSURF__R(1 - 1e-6);
+    uint32_t k;
+    for (k = 0; row->normal[0] && k < row->weights; k++) {
+        const uint32_t i = row->weights == 3 ? k : both[k][0];
+        const uint32_t j = row->weights == 3 ? k : both[k][1];
+        if (w[i] >= most && w[j] >= most) return k;
+    }
+    return PSURF_NONE;
+}
+
+/* At a corner all point-normal patches have the normal they were given, and no curvature: the
+   rational ones tend to the one, but not to the other. */
+static void psurf__meet_corner(const psurf__target *t, psurf__jet *jet)
+{
+    const uint32_t k = psurf__spot_corner(t->view.row, t->spot.w);
+    psurf__v3 n;
+    if (k == PSURF_NONE) return;
+    n = psurf__get(t->view.points + 3 * t->view.row->normal[k]);
+    if (psurf__dot(n, n) > 0) jet->n = n;
+    jet->curved = 0;
+    jet->duu = jet->duv = jet->dvv = psurf__zero();
+}
+
 /* From the patch to the face: on an edge the position is that of the edge; derivatives are with
    respect to the face's parameters. */
 static void psurf__finish_jet(const psurf__target *t, int second, psurf__jet *jet)
@@ -6926,6 +7548,8 @@ static void psurf__finish_jet(const psurf__target *t, int second, psurf__jet *je
                                    psurf__get(c + 3 * e[2]), psurf__get(c + 3 * e[3]), t->spot.x);
     }
     if (!second) jet->duu = jet->duv = jet->dvv = psurf__zero();
+    psurf__meet_corner(t, jet);
+    if (!(psurf__dot(jet->shade, jet->shade) > 0)) jet->shade = jet->n;
     t->view.row->pull(&t->spot, t->view.turn, jet);
     if (t->outer_row) t->outer_row->pull(&t->outer, t->outer_turn, jet);
 }
@@ -6992,6 +7616,7 @@ static void psurf__put_jet(const psurf_points *out, size_t stride, size_t i, con
 {
     psurf__put_at(out->p, stride, i, jet->p);
     psurf__put_at(out->n, stride, i, jet->n);
+    psurf__put_at(out->shade, stride, i, jet->shade);
     psurf__put_at(out->du, stride, i, jet->du);
     psurf__put_at(out->dv, stride, i, jet->dv);
     psurf__put_at(out->duu, stride, i, jet->duu);
@@ -8162,6 +8787,8 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__EIGHTH
 #undef PSURF__VANISHING
 #undef PSURF__SLIGHT
+#undef PSURF__ORIGIN
+#undef PSURF__TENSOR_EDGES
 #undef PSURF__BEZIER_EDGES
 #undef PSURF__BOUNDARY_EDGES
 #undef PSURF__BLOCK
@@ -8185,12 +8812,14 @@ PSURF_API int psurf_exact(void)
 #undef psurf__l_div
 #undef psurf__l_sqrt
 #undef psurf__l_max
+#undef psurf__l_select
 #undef psurf__l_greater
 #undef psurf__l_columns
 #undef psurf__l_fetch
 #undef psurf__l_write3
 #undef psurf__l_write6
 #undef psurf__l3
+#undef psurf__l3_select
 #undef psurf__l3_zero
 #undef psurf__l3_add
 #undef psurf__l3_sub
