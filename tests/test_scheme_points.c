@@ -401,7 +401,7 @@ static void compare_sample(errors *w, const surface *s, const mesh *m, psurf_sam
     const vec shade = shade_at(&s->patches, at);
     const vec du = part(&r.p, 1), dv = part(&r.p, 2), n = cross(du, dv);
     const double sine = length(n) / (length(du) * length(dv));
-    w->p = fmax(w->p, distance(ours.p, part(&r.p, 0)) / r.size);
+    w->p = fmax(w->p, distance(ours.p, part(&r.p, 0)) / (r.size + length(ours.p)));
     w->first = fmax(w->first, relative(ours.du, &r.p, 1, r.size));
     w->first = fmax(w->first, relative(ours.dv, &r.p, 2, r.size));
     w->second = fmax(w->second, relative(ours.duu, &r.p, 3, r.size));

@@ -93,7 +93,7 @@ static void test_golden(void **state)
 
 typedef struct statistics { double low, high, mean, deviation; } statistics;
 
-/* Of values; with half the mean subtracted in the deviation, as tables 3 and 4 have it. */
+/* Of values; the deviation from count - 1, and from half the mean where tables 3 and 4 have that. */
 static statistics summarize(const double *values, uint32_t count, int printed)
 {
     statistics r = {INFINITY, -INFINITY, 0, 0};
@@ -104,7 +104,7 @@ static statistics summarize(const double *values, uint32_t count, int printed)
         r.high = fmax(r.high, values[i]);
         r.mean += values[i] / count;
     }
-    for (i = 0; i < count; i++) square += (values[i] - r.mean) * (values[i] - r.mean) / count;
+    for (i = 0; i < count; i++) square += (values[i] - r.mean) * (values[i] - r.mean) / (count - 1);
     r.deviation = sqrt(square + (printed ? r.mean * r.mean / 4 : 0));
     return r;
 }
