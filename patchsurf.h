@@ -1309,6 +1309,11 @@ static psurf_result psurf__allocate(const psurf_allocator *allocator, psurf__blo
    corner stands for the half-edge from its vertex to the next corner's. Everything after this
    chapter trusts the tables. */
 
+/* Boundary curves that schemes have in common: those with equal ones go together on one object. */
+typedef enum psurf__curves {
+    PSURF__NO_CURVES, PSURF__PN_CURVES, PSURF__WM_CURVES, PSURF__HYBRID_CURVES, PSURF__PNG1_CURVES
+} psurf__curves;
+
 typedef struct psurf__start { uint32_t corner, triangles, quads; } psurf__start;
 
 struct psurf_topology {
@@ -1327,7 +1332,7 @@ struct psurf_topology {
     psurf__start *starts;             /* what lies before each face; NULL where all have one size */
     psurf_split split;
     int mixed;                          /* facets are filed under the kinds of their schemes */
-    psurf_scheme mixed_first;           /* which the others of the mix go with */
+    psurf__curves curves;               /* of a mix */
     uint32_t uniform_size;
     uint32_t corner_count, trig_count;
     size_t table_bytes;                 /* from rings to the end of the last table */
@@ -1428,8 +1433,9 @@ static uint32_t psurf__facet_corner(const psurf_topology *t, psurf_kind kind, ui
     return t->kind_first_corner[kind] + (facet - t->kind_first[kind]) * psurf__kind_sides(kind);
 }
 
-/* The kind of patch that triangles of a scheme become: from the table in chapter 5. */
-static psurf_kind psurf__scheme_triangle(psurf_scheme scheme);
+/* From the table of schemes in chapter 5; no curves if scheme is out of range. */
+static psurf__curves psurf__scheme_curves(uint32_t scheme);
+static psurf_kind psurf__scheme_triangle(uint32_t scheme);
 
 /* What a topology is made from. Built in two steps, each with memory of its own: the faces as they
    came in, then the facets that they or their pieces became. */
@@ -1541,25 +1547,13 @@ static psurf_result psurf__check_desc(psurf__builder *b)
     return psurf__count_mesh(b);
 }
 
-/* The boundary curves of a scheme: those that have equal ones go together on one object. */
-static int psurf__curves_of(unsigned scheme)
-{
-    switch ((psurf_scheme)scheme) {
-    case PSURF_PN: case PSURF_SMOOTHED_N: case PSURF_CUBIC_PN_B1: case PSURF_CUBIC_PN_B2: return 1;
-    case PSURF_CUBIC_WM_B1: case PSURF_CUBIC_WM_B2: return 2;
-    case PSURF_HYBRID: return 3;
-    case PSURF_PNG1: return 4;
-    case PSURF_PM: case PSURF_MIXED: case PSURF_SCHEME_COUNT: default: return 0;
-    }
-}
-
 static psurf_result psurf__check_schemes(psurf__builder *b)
 {
     const unsigned char *schemes = b->desc->face_schemes;
     uint32_t f;
     for (f = 0; schemes && f < b->faces; f++)
-        if (!psurf__curves_of(schemes[f]) ||
-            psurf__curves_of(schemes[f]) != psurf__curves_of(schemes[0]))
+        if (psurf__scheme_curves(schemes[f]) == PSURF__NO_CURVES ||
+            psurf__scheme_curves(schemes[f]) != psurf__scheme_curves(schemes[0]))
             return psurf__fail(b, PSURF_BAD_SCHEME, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
     return PSURF_OK;
 }
@@ -2257,7 +2251,7 @@ static void psurf__find_poles(psurf__builder *b)
 static psurf_kind psurf__triangle_kind(const psurf__builder *b, uint32_t face)
 {
     const unsigned char *schemes = b->desc->face_schemes;
-    return schemes ? psurf__scheme_triangle((psurf_scheme)schemes[face]) : PSURF_PN_TRI;
+    return schemes ? psurf__scheme_triangle(schemes[face]) : PSURF_PN_TRI;
 }
 
 /* The kind of a facet of pm, of size corners from first on, and in *pole the corner that is the
@@ -2562,7 +2556,7 @@ static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes,
     t->vertex_rings = b->vertex_rings;
     t->split = b->desc->split;
     t->mixed = b->desc->face_schemes != NULL;
-    if (t->mixed && b->faces) t->mixed_first = (psurf_scheme)b->desc->face_schemes[0];
+    if (t->mixed && b->faces) t->curves = psurf__scheme_curves(b->desc->face_schemes[0]);
 }
 
 /* ---- the steps ---- */
@@ -3622,22 +3616,24 @@ static psurf__curve psurf__make_curve(const psurf__local *l, uint32_t e, uint32_
 {
     const psurf__v3 begin = l->edge[e].begin, end = l->edge[e].end;
     const psurf__v3 back = psurf__sub(l->p[e], l->p[f]);
-    const int smooth = psurf__is_same(l->n[e], begin) && psurf__is_same(l->n[f], end);
+    const int same = psurf__is_same(l->n[e], begin) && psurf__is_same(l->n[f], end);
+    psurf__v3 line[2];
     psurf__curve c;
-    psurf__v3 line;
     c.chord = psurf__sub(l->p[f], l->p[e]);
     c.normal[0] = psurf__common_normal(l->n[e], begin);
     c.normal[1] = psurf__common_normal(l->n[f], end);
     c.hard = 0;
-    if (smooth) {
+    if (!same) {
+        line[0] = psurf__end_line(c.chord, l->n[e], begin, &c.hard);
+        line[1] = psurf__end_line(back, l->n[f], end, &c.hard);
+    }
+    if (!c.hard) {
         c.handle[0] = psurf__smooth_handle(rule, c.chord, c.normal[0], c.normal[1]);
         c.handle[1] = psurf__smooth_handle(rule, back, c.normal[1], c.normal[0]);
         return c;
     }
-    line = psurf__end_line(c.chord, l->n[e], begin, &c.hard);
-    c.handle[0] = psurf__line_handle(rule, c.chord, line);
-    line = psurf__end_line(back, l->n[f], end, &c.hard);
-    c.handle[1] = psurf__line_handle(rule, back, line);
+    c.handle[0] = psurf__line_handle(rule, c.chord, line[0]);
+    c.handle[1] = psurf__line_handle(rule, back, line[1]);
     return c;
 }
 
@@ -4254,6 +4250,7 @@ typedef struct psurf__scheme_row {
     const char *name;
     psurf_split split;
     psurf_kind triangle;                /* of facets that the topology files as PSURF_PN_TRI */
+    psurf__curves curves;
     void (*facets)(const psurf_patches *, const psurf__control *, psurf_kind, uint32_t first,
                    uint32_t end, psurf_real *out);
     psurf__local_rule *rule, *quad;     /* what psurf__local_facets asks */
@@ -4261,26 +4258,33 @@ typedef struct psurf__scheme_row {
 } psurf__scheme_row;
 
 static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
-    {"pm", PSURF_SPLIT_PM, PSURF_PN_TRI, psurf__pm_facets, NULL, NULL, 0},
-    {"pn", PSURF_SPLIT_PN, PSURF_PN_TRI, psurf__local_facets, psurf__pn_triangle, psurf__pn_quad,
-     0},
-    {"smoothed_n", PSURF_SPLIT_TRIANGLES, PSURF_NPATCH, psurf__local_facets, psurf__smoothed_n,
-     NULL, 1},
-    {"hybrid", PSURF_SPLIT_TRIANGLES, PSURF_HYBRID_TRI, psurf__local_facets, psurf__hybrid, NULL,
-     1},
-    {"png1", PSURF_SPLIT_TRIANGLES, PSURF_PNG1_TRI, psurf__local_facets, psurf__png1, NULL, 1},
-    {"cubic_wm_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_wm,
-     NULL, 0},
-    {"cubic_pn_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_pn,
-     NULL, 0},
-    {"cubic_wm_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_wm,
-     NULL, 0},
-    {"cubic_pn_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_pn,
-     NULL, 0},
-    {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, psurf__local_facets, NULL, NULL, 0}
+    {"pm", PSURF_SPLIT_PM, PSURF_PN_TRI, PSURF__NO_CURVES, psurf__pm_facets, NULL, NULL, 0},
+    {"pn", PSURF_SPLIT_PN, PSURF_PN_TRI, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__pn_triangle, psurf__pn_quad, 0},
+    {"smoothed_n", PSURF_SPLIT_TRIANGLES, PSURF_NPATCH, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__smoothed_n, NULL, 1},
+    {"hybrid", PSURF_SPLIT_TRIANGLES, PSURF_HYBRID_TRI, PSURF__HYBRID_CURVES, psurf__local_facets,
+     psurf__hybrid, NULL, 1},
+    {"png1", PSURF_SPLIT_TRIANGLES, PSURF_PNG1_TRI, PSURF__PNG1_CURVES, psurf__local_facets,
+     psurf__png1, NULL, 1},
+    {"cubic_wm_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, PSURF__WM_CURVES, psurf__local_facets,
+     psurf__cubic_wm, NULL, 0},
+    {"cubic_pn_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__cubic_pn, NULL, 0},
+    {"cubic_wm_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, PSURF__WM_CURVES, psurf__local_facets,
+     psurf__cubic_wm, NULL, 0},
+    {"cubic_pn_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__cubic_pn, NULL, 0},
+    {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, PSURF__NO_CURVES, psurf__local_facets, NULL,
+     NULL, 0}
 };
 
-static psurf_kind psurf__scheme_triangle(psurf_scheme scheme)
+static psurf__curves psurf__scheme_curves(uint32_t scheme)
+{
+    return scheme < PSURF_SCHEME_COUNT ? psurf__schemes[scheme].curves : PSURF__NO_CURVES;
+}
+
+static psurf_kind psurf__scheme_triangle(uint32_t scheme)
 {
     return psurf__schemes[scheme].triangle;
 }
@@ -4294,13 +4298,10 @@ static psurf_kind psurf__patch_kind(const psurf_patches *p, psurf_kind kind)
 static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
                                 psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out)
 {
-    const unsigned curves = (unsigned)p->topology->mixed_first;
-    const psurf__scheme_row *row;
-    uint32_t s = (uint32_t)p->scheme;
+    const psurf__scheme_row *row = &psurf__schemes[p->scheme];
     if (p->scheme == PSURF_MIXED)
-        for (s = PSURF_PN; psurf__schemes[s].triangle != kind ||
-                           psurf__curves_of(s) != psurf__curves_of(curves);) s++;
-    row = &psurf__schemes[s];
+        for (row = psurf__schemes; row->triangle != kind || row->curves != p->topology->curves;)
+            row++;
     psurf__run_rule(p, control, kind, first, end, kind == PSURF_PN_QUAD ? row->quad : row->rule,
                     row->apexes, out);
 }
@@ -6905,6 +6906,7 @@ typedef struct PSURF__K(facets) {
     psurf__l3 inner[PSURF__MAX_SECTORS][3];     /* lines from the corners to the centre */
     psurf__l3 rows[5][4], steps[4][4];          /* by power along a line, then across: see below */
     psurf__l3 blends[PSURF__MAX_BLENDS];        /* points that rational weights go with */
+    PSURF__K(smoothed) smoothed;                /* of N-patches */
     uint32_t corners[4];                        /* places of the corners' normals; 0: none */
 } PSURF__K(facets);
 
@@ -7122,6 +7124,7 @@ static void PSURF__K(open_triangle)(PSURF__K(facets) *f, const psurf__group *g)
     PSURF__K(edge)(a + e[1][0], a + e[1][1], a + e[1][2], a + e[1][3], f->sides[1]);
     PSURF__K(base_net)(g->kind, f->local, net);
     PSURF__K(blend_points)(g->kind, f->local, f->blends);
+    if (g->kind == PSURF_NPATCH) PSURF__K(open_smoothed)(f->points, &f->smoothed);
     PSURF__K(cubic_row)(net, 0, f->rows);
     PSURF__K(quadratic_row)(net + 4, 1, f->rows);
     PSURF__K(linear_row)(net + 7, 2, f->rows);
@@ -7550,43 +7553,53 @@ static void PSURF__K(triangle_samples)(const psurf__run *r, const PSURF__K(line)
     }
 }
 
-/* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample. */
-static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
-                                     uint32_t k1, psurf__cursor cursors[2])
+/* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample.
+   exactly: some lane shades with the normal of its surface. */
+static PSURF__INLINE void PSURF__K(npatch_pairs)(const psurf__run *r, const PSURF__K(line) *line,
+                                                 uint32_t k0, uint32_t k1, int order, int exactly,
+                                                 psurf__cursor cursors[2])
 {
-    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), exact = line->facets->local[18].z;
-    const int exactly = psurf__l_greater(exact, half) != 0;     /* to shade with the surface's */
-    const psurf__normals normals = r->group->normals;
+    const PSURF__K(facets) *f = line->facets;
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), exact = f->local[18].z;
     const psurf_real rate = PSURF__R(r->group->rate);
+    const int normals = r->group->normals != PSURF__NO_NORMALS, corners = line->normals[0] != NULL;
+    const int shading = r->group->normals == PSURF__SHADING;
     uint32_t k, side;
     for (k = k0; k < k1; k++) {
         const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
         const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
         psurf__l3 p[2], w[2];
-        PSURF__K(jet) jet;
-        if (k > 0 && r->edge) PSURF__K(both_sides)(line->p, 3, h, hh, &p[0], &p[1]);
-        if (normals == PSURF__SHADING) PSURF__K(both_sides)(line->w, 2, h, hh, &w[0], &w[1]);
+        PSURF__K(both_sides)(line->p, 3, h, hh, &p[0], &p[1]);
+        PSURF__K(both_sides)(line->w, 2, h, hh, &w[0], &w[1]);
         for (side = 0; side < 2; side++) {
             const uint32_t at = side ? r->n - k : k;
+            PSURF__K(jet) jet;
             psurf__lanes t[3];
             if (side && 2 * k == r->n) continue;
             t[0] = psurf__l_all(PSURF__R(r->n - at) / rate);
             t[1] = psurf__l_all(PSURF__R(at) / rate);
             t[2] = psurf__l_all(PSURF__R(r->d) / rate);
-            if (k > 0 || normals == PSURF__SURFACE || exactly)
-                PSURF__K(npatch)(line->facets->local, t, normals == PSURF__SURFACE || exactly,
-                                 &jet);
+            PSURF__K(npatch)(&f->smoothed, t, order, &jet);
             if (k == 0) psurf__l3_put(&p[side], *line->ends[side]);
-            else if (!r->edge) p[side] = psurf__l3_add(line->facets->origin, jet.p);
-            if (normals == PSURF__SHADING && !exactly) jet.dv = w[side];
-            else if (normals == PSURF__SHADING)
+            else if (!r->edge) p[side] = psurf__l3_add(f->origin, jet.p);
+            if (order == 0) jet.du = jet.dv = w[side];
+            else if (shading && exactly)
                 jet.dv = psurf__l3_select(exact, half, psurf__l3_cross(jet.du, jet.dv), w[side]);
-            if (normals && k == 0 && line->normals[0]) jet.dv = *line->normals[side];
-            PSURF__K(write)(r, line, at, p[side], jet.du, jet.dv, normals != PSURF__NO_NORMALS,
-                            normals == PSURF__SHADING || (k == 0 && line->normals[0]),
-                            &cursors[side]);
+            if (k == 0 && corners) jet.dv = *line->normals[side];
+            PSURF__K(write)(r, line, at, p[side], jet.du, jet.dv, normals,
+                            shading || (k == 0 && corners), &cursors[side]);
         }
     }
+}
+
+static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                                     uint32_t k1, psurf__cursor cursors[2])
+{
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5));
+    const int exactly = psurf__l_greater(line->facets->local[18].z, half) != 0;
+    if (r->group->normals == PSURF__SURFACE || (r->group->normals == PSURF__SHADING && exactly))
+        PSURF__K(npatch_pairs)(r, line, k0, k1, 1, exactly, cursors);
+    else PSURF__K(npatch_pairs)(r, line, k0, k1, 0, 0, cursors);
 }
 
 static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
@@ -7622,7 +7635,7 @@ static void PSURF__K(put_apart)(const psurf__run *r, const PSURF__K(line) *line,
     psurf__held held;
     psurf__cursor cursors[2];
     uint32_t i, k;
-    psurf__hold_cursors(&held, r->group->normals, cursors);
+    psurf__hold_cursors(&held, r->group->normals != PSURF__NO_NORMALS, cursors);
     for (k = k0; k < k1; k++) {
         PSURF__K(any_samples)(r, line, k, k + 1, cursors);
         for (i = 0; i < r->group->count; i++) {
@@ -8875,7 +8888,8 @@ static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk)
     g.count = 1;
     g.rate = rate;
     g.turn = view.turn;
-    g.normals = g.border_only = 1;
+    g.normals = PSURF__SURFACE;
+    g.border_only = 1;
     g.apart = PSURF__ALL_APART;
     g.aim = NULL;
     g.put = psurf__put_probe;
