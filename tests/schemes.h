@@ -440,14 +440,23 @@ typedef struct kinks {
     double worst_at;
 } kinks;
 
-static UNUSED double kink_at(const surface *s, const mesh *m, const half_edge *a,
-                             const half_edge *b, double t)
+/* Positions or normals of many samples at once: the library works on eight at a time. */
+enum { MAX_BATCH = 256 };
+static UNUSED void eval_many(const psurf_patches *patches, const psurf_sample *samples,
+                             uint32_t count, vec *p, vec *n)
 {
-    point pa = eval_at(&s->patches, side_sample(s->desc.split, m, a->face, a->corner, t));
-    point pb = eval_at(&s->patches, side_sample(s->desc.split, m, b->face, b->corner, 1 - t));
-    double slack = IS_DOUBLE ? 1e-9 : 1e-4;
-    REQUIRE(fabs(length(pa.n) - 1) < slack && fabs(length(pb.n) - 1) < slack, "not unit length\n");
-    return DEGREES(plane_angle(pa.n, pb.n));
+    psurf_real points[MAX_BATCH][3], normals[MAX_BATCH][3];
+    psurf_points out;
+    uint32_t i;
+    assert_true(count <= MAX_BATCH);
+    memset(&out, 0, sizeof out);
+    if (p) out.p = points[0];
+    if (n) out.n = normals[0];
+    psurf_eval(patches, samples, count, &out);
+    for (i = 0; i < count; i++) {
+        if (p) p[i] = load(points[i]);
+        if (n) n[i] = load(normals[i]);
+    }
 }
 
 /* The normal that a face's corner names. */
@@ -465,23 +474,35 @@ static UNUSED int sides_differ(const scene *c, const half_edge *a, const half_ed
            || normal_of(c, a->face, a->corner + 1) != normal_of(c, b->face, b->corner);
 }
 
-/* At count places from first to last on every edge of two faces that is not hard. */
+/* At count places from first to last on every edge of two faces that is not hard nor left out. */
+typedef int edge_test(const scene *c, const half_edge *a, const half_edge *b);
 static UNUSED void measure_kinks(kinks *r, const surface *s, const scene *c, double first,
-                                 double last, uint32_t count)
+                                 double last, uint32_t count, edge_test *leave_out)
 {
     const mesh *m = &c->m;
+    const double slack = IS_DOUBLE ? 1e-9 : 1e-4;
+    psurf_sample sa[MAX_BATCH], sb[MAX_BATCH];
+    vec na[MAX_BATCH], nb[MAX_BATCH];
     edge_map map = map_edges(m);
     uint32_t i, k;
     for (i = 0; i < map.count; i++) {
         const half_edge *a = &map.edges[i], *b = find_edge(&map, a->to, a->from);
-        if (!b || a->from > a->to || mesh_is_hard(m, a->from, a->to) || sides_differ(c, a, b))
+        if (!b || a->from > a->to || mesh_is_hard(m, a->from, a->to) || sides_differ(c, a, b)
+            || (leave_out && leave_out(c, a, b)))
             continue;
         for (k = 0; k < count; k++) {
-            double t = first + (last - first) * k / (count - 1);
-            double angle = kink_at(s, m, a, b, t);
-            REQUIRE(!isnan(angle), "edge %u-%u\n", (unsigned)a->from, (unsigned)a->to);
+            const double t = first + (last - first) * k / (count - 1);
+            sa[k] = side_sample(s->desc.split, m, a->face, a->corner, t);
+            sb[k] = side_sample(s->desc.split, m, b->face, b->corner, 1 - t);
+        }
+        eval_many(&s->patches, sa, count, NULL, na);
+        eval_many(&s->patches, sb, count, NULL, nb);
+        for (k = 0; k < count; k++) {
+            const double angle = DEGREES(plane_angle(na[k], nb[k]));
+            REQUIRE(fabs(length(na[k]) - 1) < slack && fabs(length(nb[k]) - 1) < slack,
+                    "edge %u-%u: not unit length\n", (unsigned)a->from, (unsigned)a->to);
             if (angle > r->worst) {
-                r->worst = angle, r->worst_at = t;
+                r->worst = angle, r->worst_at = first + (last - first) * k / (count - 1);
                 r->worst_from = a->from, r->worst_to = a->to;
             }
             r->sum += angle;
