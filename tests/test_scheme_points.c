@@ -507,8 +507,368 @@ static void test_derivatives(void **state)
     scene_free(&c);
 }
 
+/* The comparison is sharp: a millionth of the parameter aside is another point, and so is the same
+   place with the other blends. */
+static void test_comparison_is_sharp(void **state)
+{
+    scene c = make_varied_scene();
+    uint32_t i, k;
+    (void)state;
+    if (!IS_DOUBLE) skip();
+    for (i = 0; i < STYLES; i++) {
+        uint64_t rng = 43;
+        surface s;
+        uint32_t sharp = 0;
+        scene_build(&s, &c, &styles[i], PSURF_NORMALS_AVERAGE);
+        for (k = 0; k < 200; k++) {
+            const psurf_sample at = varied_sample(&s, &c.m, &rng, 0.01);
+            psurf_sample aside = at;
+            reference_point r;
+            point ours;
+            aside.u += (psurf_real)(at.u < 0.5 ? 1e-6 : -1e-6);
+            r = reference(&s, &c.m, at);
+            ours = eval_at(&s.patches, aside);
+            sharp += fmax(relative(ours.du, &r.p, 1, r.size), relative(ours.dv, &r.p, 2, r.size))
+                     > 1e-8;
+        }
+        assert_true(sharp > 180);                       /* the others are all but flat */
+        if (styles[i].scheme == PSURF_CUBIC_WM_B1) {    /* B1 taken for B2 */
+            psurf_patch patch = find_patch(&s, 0, 0);
+            jet3 points[MAX_POINTS], b1, b2;
+            jet t[3];
+            for (k = 0; k < patch.point_count; k++) points[k] = fixed(load(patch.points + 3 * k));
+            t[0] = number(0.5), t[1] = number(0.3), t[2] = number(0.2);
+            b1 = ribbon(points, t, 0), b2 = ribbon(points, t, 1);
+            assert_true(distance(value_of(&b1), value_of(&b2)) > 1e-9);
+        }
+        surface_free(&s);
+    }
+    scene_free(&c);
+}
+
+/* ---- shading normals ------------------------------------------------------------------------- */
+
+/* As [N] lists it: normalize(u n0 + v n1 + w n2); quadratic: that of PN triangles; exact: n. */
+static void test_shading(void **state)
+{
+    const double slack = IS_DOUBLE ? 1e-13 : 1e-5;
+    uint64_t rng = 45;
+    scene c = make_noisy_octahedron(&rng);
+    psurf_shading shading;
+    surface pn, s;
+    uint32_t k;
+    (void)state;
+    scene_build(&pn, &c, &styles[PN], PSURF_NORMALS_AVERAGE);
+    for (shading = PSURF_SHADE_LINEAR; shading < PSURF_SHADE_COUNT;
+         shading = (psurf_shading)(shading + 1)) {
+        style y = styles[N_G1];
+        y.shading = shading;
+        scene_build(&s, &c, &y, PSURF_NORMALS_AVERAGE);
+        for (k = 0; k < 1000; k++) {
+            const psurf_sample at = random_sample(&c.m, &rng);
+            const uint32_t *v = c.m.faces[at.face].v;
+            const double u = (double)at.u, w = (double)at.v;
+            vec expected = mad(mad(mul(1 - u - w, c.normals[v[0]]), u, c.normals[v[1]]), w,
+                               c.normals[v[2]]);
+            if (shading == PSURF_SHADE_QUADRATIC) expected = shade_at(&pn.patches, at);
+            if (shading == PSURF_SHADE_EXACT) expected = eval_at(&s.patches, at).n;
+            REQUIRE(angle_between(shade_at(&s.patches, at), expected) < slack,
+                    "shading %d: %g rad\n", (int)shading,
+                    angle_between(shade_at(&s.patches, at), expected));
+        }
+        surface_free(&s);
+    }
+    surface_free(&pn);
+    scene_free(&c);
+}
+
+/* ---- planes ---------------------------------------------------------------------------------- */
+
+/* Calls back at a grid of places of every piece, corners and edges included. */
+typedef void visitor(const surface *s, const scene *c, psurf_sample at, const char *what);
+static void visit(const surface *s, const scene *c, uint32_t steps, visitor *visited,
+                  const char *what)
+{
+    const psurf_split split = s->desc.split;
+    uint32_t f, piece, i, j, corners[4];
+    for (f = 0; f < c->m.face_count; f++)
+        for (piece = 0; piece < pieces_of(split, c->m.faces[f].size); piece++)
+            for (j = 0; j <= steps; j++)
+                for (i = 0; i <= steps; i++)
+                    if (piece_corners(split, &c->m.faces[f], piece, corners) == 4 ||
+                        i + j <= steps)
+                        visited(s, c, piece_sample(split, &c->m, f, piece, (double)i / steps,
+                                                   (double)j / steps), what);
+}
+
+/* On the plane of the face's corners, with its normal. */
+static void expect_on_plane(const surface *s, const scene *c, psurf_sample at, const char *what)
+{
+    const mesh *m = &c->m;
+    const double slack = IS_DOUBLE ? 4e-15 : 2e-6;
+    const vec n = face_normal(m, at.face), origin = m->positions[m->faces[at.face].v[0]];
+    const point p = eval_at(&s->patches, at);
+    REQUIRE(fabs(dot(sub(p.p, origin), n)) <= slack, "%s: %g off its plane\n", what,
+            dot(sub(p.p, origin), n));
+    REQUIRE(plane_angle(p.n, n) <= 4 * slack && plane_angle(shade_at(&s->patches, at), n)
+                <= 4 * slack, "%s: normals %g and %g rad off\n", what, plane_angle(p.n, n),
+            plane_angle(shade_at(&s->patches, at), n));
+    REQUIRE(dot(p.n, n) > 0, "%s: normal reversed\n", what);
+}
+
+/* Flat faces with their own normals stay what they are: cube, prisms, dodecahedron, in every
+   scheme; edges straight, so the solids too. */
+static void test_flat_faces(void **state)
+{
+    uint32_t i, k, e;
+    (void)state;
+    for (i = 0; i < STYLES; i++)
+        for (k = 0; k < 4; k++) {
+            scene c = make_scene(k == 0 ? make_cube() : k == 1 ? make_cylinder(7, 1)
+                                 : k == 2 ? make_tetrahedron() : make_cylinder(5, 2));
+            surface s;
+            edge_map map = map_edges(&c.m);
+            scene_flat_normals(&c);
+            scene_build(&s, &c, &styles[i], PSURF_NORMALS_AVERAGE);
+            assert_int_equal(s.info.hard_edges, s.info.edges);
+            visit(&s, &c, 6, expect_on_plane, styles[i].name);
+            for (e = 0; e < map.count; e++) {
+                const half_edge *a = &map.edges[e];
+                const vec p = c.m.positions[a->from], d = unit(sub(c.m.positions[a->to], p));
+                uint32_t at;
+                for (at = 0; at <= 8; at++) {
+                    vec q = eval_at(&s.patches, side_sample(s.desc.split, &c.m, a->face,
+                                                            a->corner, at / 8.0)).p;
+                    assert_true(length(cross(sub(q, p), d)) <= (IS_DOUBLE ? 4e-15 : 2e-6));
+                }
+            }
+            free(map.edges);
+            surface_free(&s);
+            scene_free(&c);
+        }
+}
+
+/* A sheet in a plane, with the plane's normals, given or computed. */
+static void test_flat_sheet(void **state)
+{
+    const vec x = unit(make_vec(2, 1, 0.5)), z = unit(cross(x, make_vec(0.2, 0.3, 1)));
+    const vec y = cross(z, x);
+    uint32_t i, k, mode;
+    (void)state;
+    for (i = 0; i < STYLES; i++)
+        for (mode = 0; mode <= PSURF_NORMALS_COUNT; mode++) {
+            uint64_t rng = 47;
+            mesh m = make_grid(4, 4), n;
+            scene c;
+            surface s;
+            mesh_split_quads(&m, &rng, 40);
+            n = make_polygon(7);
+            mesh_take(&m, n, 6);
+            mesh_jitter(&m, &rng, 0.125);
+            for (k = 0; k < m.vertex_count; k++) {
+                const vec p = m.positions[k];
+                m.positions[k] = mad(mul(p.x, x), p.y, y);
+            }
+            c = make_scene(m);
+            if (mode == PSURF_NORMALS_COUNT) {
+                c.normal_count = m.vertex_count;
+                c.normals = (vec *)grab(m.vertex_count, sizeof(vec));
+                for (k = 0; k < m.vertex_count; k++) c.normals[k] = z;
+            }
+            scene_build(&s, &c, &styles[i], (psurf_normal_mode)(mode % PSURF_NORMALS_COUNT));
+            visit(&s, &c, 5, expect_on_plane, styles[i].name);
+            surface_free(&s);
+            scene_free(&c);
+        }
+}
+
+/* ---- input on which the formulas are singular ------------------------------------------------ */
+
+typedef struct tally {
+    double second;                      /* largest second derivative */
+    uint32_t samples, without_normal, without_curvature, infinite;
+} tally;
+
+static void expect_finite(const surface *s, const psurf_sample *samples, uint32_t count,
+                          const char *what, tally *r)
+{
+    psurf_real reals[MAX_BATCH][24], gauss[MAX_BATCH], mean[MAX_BATCH];
+    const double slack = IS_DOUBLE ? 1e-9 : 1e-4;
+    psurf_points out;
+    uint32_t i, k;
+    out.p = reals[0], out.n = out.p + 3, out.shade = out.p + 6, out.du = out.p + 9;
+    out.dv = out.p + 12, out.duu = out.p + 15, out.duv = out.p + 18, out.dvv = out.p + 21;
+    out.stride = sizeof reals[0];
+    psurf_eval(&s->patches, samples, count, &out);
+    psurf_curvature(&s->patches, samples, count, gauss, mean);
+    for (i = 0; i < count; i++) {
+        const psurf_sample at = samples[i];
+        const double n = length(load(reals[i] + 3)), shade = length(load(reals[i] + 6));
+        for (k = 0; k < 15; k++)
+            REQUIRE(isfinite(reals[i][k]), "%s: face %u sector %u at %g %g: number %u\n", what,
+                    (unsigned)at.face, (unsigned)at.sector, (double)at.u, (double)at.v,
+                    (unsigned)k);
+        REQUIRE(length(load(reals[i])) < 100, "%s: face %u at %g %g: far away, %g\n", what,
+                (unsigned)at.face, (double)at.u, (double)at.v, length(load(reals[i])));
+        REQUIRE((fabs(n - 1) < slack || n == 0) && (fabs(shade - 1) < slack || shade == 0),
+                "%s: face %u at %g %g: normals of length %g and %g\n", what, (unsigned)at.face,
+                (double)at.u, (double)at.v, n, shade);
+        for (k = 15; k < 24; k++) r->second = fmax(r->second, fabs((double)reals[i][k]));
+        for (k = 15; k < 24; k++) if (isnan(reals[i][k])) r->second = INFINITY;
+        r->samples++;
+        r->without_normal += n == 0;
+        r->without_curvature += isnan(gauss[i]) || isnan(mean[i]);
+        r->infinite += isinf(gauss[i]) || isinf(mean[i]);
+    }
+}
+
+/* A grid on every piece, and places near corners and edges, where guards act. */
+static void expect_finite_everywhere(const surface *s, const scene *c, const char *what, tally *r)
+{
+    static const double near[] = {0, 1e-30, 1e-7, 1e-3};
+    const psurf_split split = s->desc.split;
+    uint32_t f, piece, i, j, k, corners[4];
+    psurf_check_result check;
+    for (f = 0; f < c->m.face_count; f++)
+        for (piece = 0; piece < pieces_of(split, c->m.faces[f].size); piece++) {
+            const uint32_t size = piece_corners(split, &c->m.faces[f], piece, corners);
+            psurf_sample at[MAX_BATCH];
+            uint32_t n = 0;
+            for (i = 0; i <= 4; i++)
+                for (j = 0; j <= 4; j++)
+                    if (size == 4 || i + j <= 4)
+                        at[n++] = piece_sample(split, &c->m, f, piece, i / 4.0, j / 4.0);
+            for (k = 0; k < 3; k++)
+                for (i = 0; i < COUNT_OF(near); i++)
+                    for (j = 0; j < COUNT_OF(near); j++) {
+                        const double a = near[i], b = near[j], rest = 1 - a - b;
+                        at[n++] = piece_sample(split, &c->m, f, piece,
+                                               k == 0 ? a : k == 1 ? rest : b,
+                                               k == 0 ? b : k == 1 ? a : rest);
+                    }
+            expect_finite(s, at, n, what, r);
+        }
+    assert_int_equal(psurf_check(&s->patches, &s->construct, 3, 0, PSURF_NONE, &check), PSURF_OK);
+    REQUIRE(check.cracks == 0 && check.nonfinite == 0, "%s: %lu cracks, %lu not finite\n", what,
+            (unsigned long)check.cracks, (unsigned long)check.nonfinite);
+}
+
+/* Two faces back to back. */
+static mesh make_pillow(uint32_t n)
+{
+    mesh m = make_polygon(n);
+    uint32_t v[MESH_MAX_CORNERS], k;
+    for (k = 0; k < n; k++) v[k] = n - 1 - k;
+    mesh_face(&m, n, v);
+    return m;
+}
+
+enum {
+    OPPOSITE, ALONG_EDGE, ZERO_LENGTH, NO_NORMALS, COLLAPSED, POINT, FLAT, IN_PLANE, TRIANGLE, QUAD,
+    PENTAGON, PILLOW, FAT_PILLOW, SHEETS, HARD_ALONG, HALF_TURN, TINY, LINE, DEFECTS
+};
+static const char *const defect_names[DEFECTS] = {
+    "opposite normals", "normals along edges", "zero length", "zero normals", "collapsed triangles",
+    "one point", "flat", "normals in the plane", "triangle", "quad", "pentagon", "pillow",
+    "pillow of heptagons", "opposite sides", "hard, along edges", "half a turn", "tiny", "line"};
+
+/* computed: without normals of its own, where the defect is in the positions. */
+static scene make_defect(uint32_t what, int computed)
+{
+    uint64_t rng = 51;
+    mesh m = make_latlong(4, 1);
+    scene c;
+    uint32_t k;
+    mesh_take(&m, make_cube(), 5);
+    mesh_take(&m, make_cylinder(5, 1), 10);
+    if (what == FLAT || what == IN_PLANE) {
+        mesh_free(&m);
+        m = make_grid(3, 3);
+        mesh_split_quads(&m, &rng, 40);
+        for (k = 0; k < m.vertex_count; k++) m.positions[k].z = 0;
+    }
+    if (what == TRIANGLE || what == QUAD || what == PENTAGON) {
+        mesh_free(&m);
+        m = make_polygon(3 + what - TRIANGLE);
+    }
+    if (what == PILLOW || what == FAT_PILLOW) {
+        mesh_free(&m);
+        m = make_pillow(what == PILLOW ? 3 : 7);
+    }
+    c = make_scene(m);
+    if (!computed) {
+        c.normal_count = c.m.vertex_count;
+        c.normals = (vec *)grab(c.normal_count, sizeof(vec));
+        for (k = 0; k < c.normal_count; k++)
+            c.normals[k] = unit(add(c.m.positions[k], make_vec(0.01, -0.02, 0.03)));
+        if (what >= FLAT && what <= FAT_PILLOW)
+            for (k = 0; k < c.normal_count; k++)
+                c.normals[k] = what == IN_PLANE ? make_vec(k % 2 ? 1 : -1, k % 3, 0)
+                                                : make_vec(0, 0, 1);
+    }
+    for (k = 0; k < c.m.vertex_count; k++) {
+        const uint32_t next = c.m.faces[k % c.m.face_count].v[0];
+        const vec e = sub(c.m.positions[c.m.faces[k % c.m.face_count].v[1]], c.m.positions[next]);
+        if (what == OPPOSITE && k % 2 && !computed) c.normals[k] = mul(-1, c.normals[k - 1]);
+        if (what == ALONG_EDGE && !computed) c.normals[next] = e;
+        if (what == NO_NORMALS && !computed && k % 3 == 0) c.normals[k] = make_vec(0, 0, 0);
+        if (what == ZERO_LENGTH && k % 4 == 0)
+            c.m.positions[c.m.faces[k % c.m.face_count].v[1]] = c.m.positions[next];
+        if (what == COLLAPSED && k % 5 == 0) {
+            const uint32_t *v = c.m.faces[k % c.m.face_count].v;
+            c.m.positions[v[2]] = mul(0.5, add(c.m.positions[v[0]], c.m.positions[v[1]]));
+            if (k % 2) c.m.positions[v[1]] = c.m.positions[v[2]] = c.m.positions[v[0]];
+        }
+        if (what == POINT) c.m.positions[k] = make_vec(1, 2, 3);
+        if (what == TINY) c.m.positions[k] = mul(IS_DOUBLE ? 1e-160 : 1e-20, c.m.positions[k]);
+        if (what == LINE) c.m.positions[k] = make_vec(k / 8.0, 0, 0);
+    }
+    if (computed || (what != SHEETS && what != HARD_ALONG && what != HALF_TURN)) return c;
+    free(c.normals);
+    c.normals = NULL;
+    scene_flat_normals(&c);             /* per face; now turned against each other */
+    for (k = 0; k < c.m.face_count; k++) {
+        const uint32_t *v = c.m.faces[k].v;
+        if (what == SHEETS) c.normals[k] = make_vec(0, 0, k % 2 ? 1 : -1);
+        if (what == HARD_ALONG) c.normals[k] = sub(c.m.positions[v[1]], c.m.positions[v[0]]);
+        if (what == HALF_TURN && k % 2) c.normals[k] = mul(-1, c.normals[k]);
+    }
+    return c;
+}
+
+static void test_defects(void **state)
+{
+    tally r;
+    uint32_t what, i, given;
+    (void)state;
+    memset(&r, 0, sizeof r);
+    for (what = 0; what < DEFECTS; what++)
+        for (given = 0; given < 2; given++) {
+            scene c = make_defect(what, !given);
+            for (i = 0; i < STYLES; i++) {
+                const uint32_t mode = (what + i) % PSURF_NORMALS_COUNT;
+                char name[128];
+                surface s;
+                snprintf(name, sizeof name, "%s, %s, %s %u", styles[i].name, defect_names[what],
+                         given ? "given" : "mode", (unsigned)mode);
+                scene_build(&s, &c, &styles[i], (psurf_normal_mode)mode);
+                expect_finite_everywhere(&s, &c, name, &r);
+                surface_free(&s);
+            }
+            scene_free(&c);
+        }
+    print_message("%u samples, %u without a normal, %u without curvature, %u of infinite one; "
+                  "second derivatives up to %g\n", (unsigned)r.samples,
+                  (unsigned)r.without_normal, (unsigned)r.without_curvature, (unsigned)r.infinite,
+                  r.second);
+    assert_true(r.without_normal < r.samples / 4);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_derivatives)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_derivatives), cmocka_unit_test(test_comparison_is_sharp),
+        cmocka_unit_test(test_shading),     cmocka_unit_test(test_flat_faces),
+        cmocka_unit_test(test_flat_sheet),  cmocka_unit_test(test_defects)};
     return cmocka_run_group_tests_name("scheme points", tests, NULL, NULL);
 }
