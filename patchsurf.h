@@ -19,7 +19,7 @@
      2 memory          >>2           allocator, blocks
      3 topology        >>3           faces in, tables out: half-edges, rings, kinds of facet
      4 vertex data     >>4           limit points, tangent points, face points
-     5 schemes         >>5           control points: pm
+     5 schemes         >>5           control points: pm; point-normal triangles and quads
      6 parameters      >>6           where a parameter lies on a patch
      7 kernels         >>7           points and derivatives, eight at a time
      8 points          >>8           samples at arbitrary places
@@ -97,9 +97,41 @@
        but a pole at its end into a plain vertex.
      * boundaries: a smooth curve through the boundary vertices, B-spline on regular ones. A vertex
        with one face is a corner.
-     * split faces: a face of six corners or more, at an interior vertex of two edges, or alone on
-       its side of a crease becomes a fan of triangles round its centre, a polar cap where its rim
-       is regular. Results are per input face all the same.
+     * split faces: with pm, a face of six corners or more, at an interior vertex of two edges, or
+       alone on its side of a crease becomes a fan of triangles round its centre, a polar cap where
+       its rim is regular. pn splits faces of five corners or more into quads and a triangle,
+       all others split all but triangles, both from the corner with the lowest vertex on. Results
+       are per input face all the same.
+     * point-normal schemes (all but pm) make a patch from the corners of a facet and the normals
+       there, some with a look at the facets across its edges; the surface passes through the
+       vertices. Normals are the caller's, or computed. Blend ratios and corners mean nothing here.
+
+   CHOOSING A SCHEME
+     scheme        facets   across edges        needs     bytes  best for
+     pm            3 4 5 o  G1, mostly C2       rings     192+   animated characters: smooth, near
+                                                                 Catmull-Clark
+     pn            3 4      C0, shaded smooth   corners   192    the cheapest look; a quad 300 bytes
+     smoothed_n    3        G1 (final: C0)      corners   228    PN's look without its creases
+     hybrid        3        G1                  apexes    264    analytic shapes: spheres, tori;
+                                                                 unsafe where normals turn far
+     png1          3        G1                  apexes    300    arbitrary meshes, a few dents
+     cubic_wm_b1   3        G1                  corners   228    arbitrary meshes: safe, round
+     cubic_pn_b1   3        G1                  corners   228    the same beside pn on one object
+     cubic_.._b2   3        nearly G1           corners   228    comparison alone
+   pm approximates its mesh, the others interpolate it (PSURF_NORMALS_LIMIT makes them approximate
+   it, too). Largest distance to a sphere of 80 triangles: hybrid 1.3e-3, png1 2.3e-3, cubic_wm_b1
+   8e-4; to a coarse torus (5 x 5) 0.05, 0.16, 0.10 (`patchsurf report`). Second derivatives do not
+   exist at corners of point-normal patches; hybrid's curvature runs wild near them.
+     * mixing: an object may have a scheme per face (face_schemes): pn where it is far or flat,
+       smoothed_n or cubic_pn_b1 where it is seen; they share their boundary curves to the bit.
+     * hard edges: tags, and edges whose two sides name different normals. Both sides share one
+       curve that is tangent to both planes, so nothing gapes. Normals less than a degree apart
+       count as equal: weld them before they come in.
+     * where a formula has no answer (hybrid: a normal across its plane's; others: opposite normals,
+       edges of no length) the edge falls back to a form that has, on both sides alike. It may lose
+       G1 there; psurf_check counts these edges as fallback_edges.
+     * normals at corners are those given; those in between are the surface's (n), or what pn and
+       smoothed_n shade with (shade).
 
    INPUT RULES
      * Faces counter-clockwise seen from outside, 3 to 65535 corners, no vertex twice in a face.
@@ -107,6 +139,7 @@
        refused, or, with PSURF_CUT_BAD_EDGES, opened: each of their faces gets a boundary there.
      * Vertices without faces are ignored. Several components, and fans that touch at a vertex, are
        fine. A corner of 180 degrees (T-junction entered as a pentagon) is fine.
+     * Normals per face corner by index: equal ones are told by equal indices. pm ignores them.
      * Corners in desc.corners where fewer than two hard or boundary edges meet are ignored. On a
        straight crease they make the normal vanish: flag corners that are corners.
      * Positions may be anything finite. Non-finite ones spread to the points they reach, never into
@@ -121,14 +154,19 @@
                           without the other, a rate or default blend ratio out of range. No
                           location.
      PSURF_BAD_INDEX      a face names a vertex >= vertex_count: face, corner, vertex
-     PSURF_BAD_FACE       fewer than 3 or more than 65535 corners: face. A vertex twice: face,
-                          corner, vertex
+     PSURF_BAD_FACE       fewer than 3 or more than 65535 corners (32767 but for pm): face. A vertex
+                          twice: face, corner, vertex
      PSURF_BAD_EDGE       a tag on no edge of the mesh, a second tag on an edge, unknown flags, a
                           blend ratio outside 0..1: vertex and other are the tag's
      PSURF_BAD_WINDING    two faces run along an edge the same way: face, corner where the edge
                           starts in the later one, vertex, other
      PSURF_NON_MANIFOLD   an edge of three faces: face and corner of the third, vertex, other
      PSURF_BAD_CORNER     desc.corners names a vertex >= vertex_count: vertex
+     PSURF_BAD_NORMAL     desc.face_normals names a normal >= normal_count: face, corner, vertex
+     PSURF_BAD_SCHEME     desc.face_schemes has pm, an unknown scheme, or one that shares no
+                          boundary curves with that of face 0: face
+     PSURF_BAD_SPLIT      the scheme needs a topology of another split, or PSURF_MIXED one with
+                          face_schemes. No location
      PSURF_NOT_FINITE     desc.positions has an infinity or NaN: vertex
      PSURF_TOO_LARGE      2^31-1 corners or vertices, 2^22 edges at a vertex (located), sizes or
                           numbers beyond what memory, 32-bit or 16-bit indices can hold
@@ -187,6 +225,8 @@
 
    SOURCES. [PM] A. Myles, T. Ni, J. Peters: Fast Parallel Construction of Smooth Surfaces from
    Meshes with Tri/Quad/Pent Facets, Symposium on Geometry Processing 2008. "eq." is its equation.
+   [PN] J. Peters: PN-quads, 2008. [N] H. Gruen: Smoothed N-patches. [GB] M. Boschiroli, C.
+   Fuenfzig, L. Romani, G. Albrecht: G1 rational blend interpolatory schemes: a comparative study.
 
    LICENSE. MIT or public domain, your choice; the text is at the end of this file.
 */
@@ -231,7 +271,7 @@ typedef struct psurf_topology psurf_topology;   /* opaque, immutable, shareable 
 
 #define PSURF_NONE 0xFFFFFFFFu                  /* an index that points nowhere */
 #define PSURF_MAX_RATE 16384u                   /* segments per edge */
-#define PSURF_MAX_FACE_SIZE 65535u              /* corners of a face */
+#define PSURF_MAX_FACE_SIZE 65535u              /* corners of a face; half that but for pm */
 #define PSURF_MAX_VALENCE 4194303u              /* edges at a vertex */
 #define PSURF_MAX_CORNERS 0x7FFFFFFFu           /* face corners; three per corner of split faces */
 
@@ -307,9 +347,9 @@ typedef enum psurf_scheme {
               shading normal is the surface's
      hybrid   three corners; per edge b210 b120 b201 b021 b111, as if it were the first; three
               normals; per edge a PSURF_EDGE_... as a real
-     png1     the boundary, ten points without b111; the points that the six keys b210 b120 b201 b021
-              b102 b012 are blended with; per edge two inner points, at its start and end; three
-              normals; per edge a PSURF_EDGE_...
+     png1     the boundary, ten points without b111; the points that the six keys b210 b120 b201
+              b021 b102 b012 are blended with; per edge two inner points, at its start and end;
+              three normals; per edge a PSURF_EDGE_...
      ribbon   the boundary; per edge two inner points; three normals; per edge a PSURF_EDGE_... */
 typedef enum psurf_kind {
     PSURF_BICUBIC, PSURF_POLAR, PSURF_P3, PSURF_P4, PSURF_P5,
@@ -441,7 +481,8 @@ typedef struct psurf_corner {
 typedef struct psurf_facet {
     uint32_t face;
     uint32_t piece;                     /* bits 0-15: piece of a split face; 16-17: corner A of a
-                                           polar facet; 31: PSURF_SPLIT_FACE */
+                                           polar facet; but for pm 16-30: corner of a split face
+                                           where its pieces begin; 31: PSURF_SPLIT_FACE */
 } psurf_facet;
 typedef struct psurf_edge {             /* a side of an edge; the second sides of hard edges last */
     uint32_t corner, other;             /* the writer's; that across, PSURF_NONE at boundaries */
@@ -510,7 +551,7 @@ typedef struct psurf_patches_layout {
     size_t limit_offset;                /* [rings][3] limit points v */
     size_t spoke_offset;                /* pm: [spokes][2][3] tangent point t_j, face point f_j */
     size_t normal_offset;               /* others: [rings][3] unit normals; limit points are the
-                                           vertices then, or what PSURF_NORMALS_LIMIT makes of them */
+                                           vertices then, unless PSURF_NORMALS_LIMIT moves them */
 } psurf_patches_layout;
 
 /* Patches of one mesh: a plain value that owns nothing. Fill it with psurf_patches_bind. The
@@ -548,10 +589,10 @@ enum {                                  /* psurf_construct_desc.flags: what else
     PSURF_SIGMA = 1u,                   /* pn, smoothed_n: sigma counts, else 1/2 */
     PSURF_COONS = 2u,                   /* pn: inside of quads by the discrete Coons rule */
     PSURF_FOLDS = 4u,                   /* smoothed_n final: folds beyond 90 degrees are not flat */
-    PSURF_NEARLY_FLAT = 8u,             /* smoothed_n final: edges of dot > 0.98 count as flat, which
-                                           saves their smoothing */
-    PSURF_PLANE_NORMALS = 16u           /* hybrid: plane from the vertex normals at the edge, instead
-                                           of the bisector of its two facets */
+    PSURF_NEARLY_FLAT = 8u,             /* smoothed_n final: edges whose facets' normals have a dot
+                                           product above 0.98 count as flat: saves smoothing them */
+    PSURF_PLANE_NORMALS = 16u           /* hybrid: plane from the vertex normals at the edge, not
+                                           the bisector of its two facets */
 };
 
 typedef struct psurf_construct_desc {
@@ -571,8 +612,9 @@ typedef struct psurf_construct_desc {
 } psurf_construct_desc;
 
 /* How much memory the patches of a topology take, and how it is laid out.
-   Returns PSURF_OK; BAD_DESC for an unknown scheme or NULL; TOO_LARGE where it exceeds the address
-   space. No allocation; any number of threads. */
+   Returns PSURF_OK; BAD_DESC for an unknown scheme or NULL; BAD_SPLIT where the topology is split
+   for other schemes; TOO_LARGE where it exceeds the address space. No allocation; any number of
+   threads. */
 PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_scheme scheme,
                                           psurf_patches_layout *layout);
 
@@ -586,9 +628,11 @@ PSURF_API psurf_result psurf_patches_bind(psurf_patches *out, const psurf_topolo
 
 /* Runs items first..first+count-1 of one pass; a range beyond the last item is cut there.
    Non-finite positions flow to the points they reach and nowhere else.
-   Returns PSURF_OK, or BAD_DESC for canaries, NULL positions, a misaligned stride or no scratch.
+   Returns PSURF_OK, or BAD_DESC for canaries, NULL positions, a misaligned stride, unknown flags,
+   modes or variants, a sigma that is not finite, or no scratch.
    No allocation. Threads: disjoint ranges of one pass run concurrently.
-   Source: [PM] eqs. 13-16 (vertices), 17-22 (facets). */
+   Source: [PM] eqs. 13-16 (vertices), 17-22 (facets); [PN] 2; [N] 1.1; [GB] 2, with hard edges,
+   the variant g1 and the fall-backs of ours. */
 PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
                                             const psurf_construct_desc *desc, psurf_pass pass,
                                             uint32_t first, uint32_t count);
@@ -613,7 +657,10 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
 
 /* A place on the surface. Triangles: u, v are the weights of corner 1 and corner 2. Quads: the unit
    square, corners at (0,0) (1,0) (1,1) (0,1). Both ignore the sector. Faces with m >= 5 corners:
-   sector i spans corner i, corner i+1 and the centre; u, v are the weights of the two corners. */
+   with pm, sector i spans corner i, corner i+1 and the centre; u, v are the weights of the two
+   corners. Else a sector is a piece, counted round the corner with the lowest vertex, which is its
+   corner 0: (m-2)/2 quads, rounded down, and where m is odd a last triangle (pn), or m-2
+   triangles; u, v are as above. */
 typedef struct psurf_sample {
     uint32_t face, sector;
     psurf_real u, v;
@@ -637,12 +684,15 @@ typedef struct psurf_points {
    On facet boundaries p comes from the one cubic that both facets share: bit-identical from both
    sides where the edge parameters are exactly s and 1-s.
    No allocation; any number of threads; no pointer but those inside out may be NULL.
-   Source: [PM] eqs. 2, 3, 17-19; at a pole the rows are weighted by B_j(v)/(1-v). */
+   At corners of point-normal patches n is the normal that was given there; second derivatives do not
+   exist and are written as 0.
+   Source: [PM] eqs. 2, 3, 17-19; at a pole the rows are weighted by B_j(v)/(1-v). [PN] 2, [N] 1.1,
+   [GB] 2 and (1), (10). */
 PSURF_API void psurf_eval(const psurf_patches *patches, const psurf_sample *samples, uint32_t count,
                           const psurf_points *out);
 
 /* Gaussian and mean curvature at count samples; either output may be NULL. [count] reals each, NaN
-   where curvature does not exist (poles, vanishing normals). Mean curvature is negative where the
+   where curvature does not exist (poles, corners of point-normal patches, vanishing normals). Mean curvature is negative where the
    surface bends away from its normal (a sphere: mean = -1/r, gauss = 1/r^2).
    Samples are treated as in psurf_eval. No allocation; any number of threads. */
 PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample *samples,
@@ -684,7 +734,7 @@ typedef struct psurf_tess_out {
    face is cut there. Welded vertices are numbered: one per ring but centres, then rate-1 per edge
    side from the start of its writer on, then the insides face by face. Per face they run
    along corner 0 -> 1 first, then towards the other side; faces of m >= 5 corners sector by sector,
-   their centre last. A face has the same triangles in the same order either way.
+   their centre last, pieces without the line that the one before has. A face has the same triangles in the same order either way.
    Returns PSURF_OK; BAD_DESC for canaries, a rate out of range, unknown flags or NULL; TOO_LARGE
    where numbers do not fit 32 bits (16 bits with PSURF_TESS_INDEX16: at most 65535 vertices, so
    0xFFFF never occurs). No allocation; any number of threads. */
@@ -725,13 +775,13 @@ typedef struct psurf_check_result {
     uint32_t fallback_edges;            /* PSURF_EDGE_FALLBACK in a facet beside them */
 } psurf_check_result;
 
-/* Compares edges first_edge .. first_edge+edge_count-1 (of psurf_info.edges) from both sides, at
-   rate+1 samples each, exactly as per-face tessellation writes them.
+/* Compares edges first_edge .. first_edge+edge_count-1 (of psurf_info.edges, then inner_edges) from
+   both sides, at rate+1 samples each, exactly as per-face tessellation writes them.
    desc: what the patches were constructed from. Pairs count as degenerate on edges shorter than
    1e-5 of the bounding box diagonal, beside faces with a corner angle below 0.5 degrees, at tips of
    slits (the two sharp edges of a ring less than 0.5 degrees apart), and where a normal is
-   zero. Hard edges, and those with a blend ratio of 0 at an end, are compared for cracks alone and
-   counted as sharp_edges. Boundary edges have one side and are passed over.
+   zero. Hard edges, and for pm those with a blend ratio of 0 at an end, are compared for cracks
+   alone and counted as sharp_edges. Boundary edges have one side and are passed over.
    Returns PSURF_OK, or BAD_DESC as psurf_construct_pass and psurf_tessellate_size. No allocation.
    Threads: any; sums over ranges add up, maxima combine. Every call reads all positions once, for
    the diagonal: few large ranges are cheaper than many small ones. Beyond rate 128 the time grows
@@ -759,7 +809,8 @@ typedef struct psurf_smooth_mesh {
     psurf_allocator allocator;
 } psurf_smooth_mesh;
 
-/* For small programs: mesh in, triangles out. desc->positions must be set; rate: 1..PSURF_MAX_RATE.
+/* For small programs: mesh in, triangles of the scheme pm out. desc->positions must be set, the
+   split be PSURF_SPLIT_PM; rate: 1..PSURF_MAX_RATE.
    Returns what the calls it is made of return; *mesh is all zero unless PSURF_OK. Allocates through
    desc->allocator; keeps one block. Any thread. */
 PSURF_API psurf_result psurf_smooth(const psurf_mesh_desc *desc, uint32_t rate,
@@ -894,6 +945,10 @@ PSURF__ASSERT_SIZE(psurf_sample, 8 + 2 * sizeof(psurf_real));
    Points as values. Every function rounds after every operation and in the order written. */
 
 #define PSURF__R(x) ((psurf_real)(x))
+
+/* Beyond these, squares of lengths may vanish or overflow where they are multiplied. */
+#define PSURF__SHORT PSURF__R(1e-20)
+#define PSURF__LONG PSURF__R(1e20)
 
 typedef struct psurf__v3 { psurf_real x, y, z; } psurf__v3;
 
@@ -1085,6 +1140,39 @@ static psurf__v3 psurf__scaled(psurf__v3 a)
     return a;
 }
 
+/* a at unit length; zero where it has no direction. NaN spreads. */
+static psurf__v3 psurf__unit(psurf__v3 a)
+{
+    psurf_real q = psurf__dot(a, a);
+    if (!(q > PSURF__SHORT && q < PSURF__LONG)) {
+        a = psurf__scaled(a);
+        q = psurf__dot(a, a);
+    }
+    if (q <= 0) return psurf__zero();
+    return psurf__mul(a, 1 / psurf__sqrt(q));
+}
+
+/* The sine at which two directions count as parallel. */
+#define PSURF__PARALLEL (sizeof(psurf_real) == 4 ? PSURF__R(4e-6) : PSURF__R(8e-15))
+
+/* du x dv at unit length; 0 where the two are parallel to working precision. The common case is one
+   cross product and one square root; extreme lengths take the scaled path. */
+static psurf__v3 psurf__unit_cross(psurf__v3 du, psurf__v3 dv)
+{
+    const psurf_real eps = PSURF__PARALLEL;
+    psurf__v3 n = psurf__cross(du, dv);
+    psurf_real q = psurf__dot(n, n), lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
+    if (!(lengths > PSURF__SHORT && lengths < PSURF__LONG)) {
+        du = psurf__scaled(du);
+        dv = psurf__scaled(dv);
+        n = psurf__cross(du, dv);
+        q = psurf__dot(n, n);
+        lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
+    }
+    if (q <= eps * eps * lengths) return psurf__zero();
+    return psurf__mul(n, 1 / psurf__sqrt(q));
+}
+
 /* Cosine and sine of j/n turns, 0 <= j < n, within a unit in the last place of double. The octant
    is found in integers, so quarter turns are exact and no argument is ever reduced. */
 static void psurf__cos_sin(uint32_t j, uint32_t n, double *cosine, double *sine)
@@ -1227,7 +1315,11 @@ struct psurf_topology {
     psurf_real *blends;                 /* NULL where all are 2/3 */
     uint32_t *face_facet;
     uint32_t *centres;
+    uint32_t *ring_normals;             /* NULL without face_normals */
     psurf__start *starts;             /* what lies before each face; NULL where all have one size */
+    psurf_split split;
+    int mixed;                          /* facets are filed under the kinds of their schemes */
+    psurf_scheme mixed_first;           /* which the others of the mix go with */
     uint32_t uniform_size;
     uint32_t corner_count, trig_count;
     size_t table_bytes;                 /* from rings to the end of the last table */
@@ -1253,11 +1345,24 @@ static uint32_t psurf__face_size(const psurf_topology *t, uint32_t face)
     return t->starts[face + 1].corner - t->starts[face].corner;
 }
 
+/* The kind that a facet is filed under: that of its patch, but for triangles of point-normal
+   schemes, which are all filed as PSURF_PN_TRI unless they are mixed. See psurf__patch_kind. */
 static psurf_kind psurf__facet_kind(const psurf_topology *t, uint32_t facet)
 {
     uint32_t k = 0;
     while (facet >= t->kind_first[k + 1]) k++;
     return (psurf_kind)k;
+}
+
+/* The corner of a face that is split from an apex. */
+static uint32_t psurf__face_apex(const psurf_topology *t, uint32_t face)
+{
+    return t->facets[t->face_facet[face]].piece >> 16 & 0x7FFFu;
+}
+
+static int psurf__is_split(const psurf_topology *t, uint32_t face)
+{
+    return (t->facets[t->face_facet[face]].piece & PSURF_SPLIT_FACE) != 0;
 }
 
 /* What the chapters share about kinds; how they are evaluated stands in chapter 6. */
@@ -1291,11 +1396,32 @@ static uint32_t psurf__ratio_spoke(const psurf_topology *t, const psurf_ring *ri
     return t->spokes[spoke].after;
 }
 
+/* The facet that a corner of the facet tables belongs to, and which of its edges starts there. */
+static uint32_t psurf__corner_facet(const psurf_topology *t, uint32_t corner, uint32_t *edge)
+{
+    uint32_t k = 0, place;
+    while (corner >= t->kind_first_corner[k + 1]) k++;
+    place = corner - t->kind_first_corner[k];
+    *edge = place % psurf__kind_sides((psurf_kind)k);
+    return t->kind_first[k] + place / psurf__kind_sides((psurf_kind)k);
+}
+
+/* The corner whose half-edge runs along the same edge the other way, or PSURF_NONE. Not for edges
+   between the pieces of pm's split faces, which are in no table. */
+static uint32_t psurf__corner_across(const psurf_topology *t, uint32_t corner)
+{
+    const psurf_edge *edge = &t->edges[t->corners[corner].edge & ~PSURF_WRITER];
+    return edge->corner == corner ? edge->other : edge->corner;
+}
+
 /* First corner of a facet of a known kind. */
 static uint32_t psurf__facet_corner(const psurf_topology *t, psurf_kind kind, uint32_t facet)
 {
     return t->kind_first_corner[kind] + (facet - t->kind_first[kind]) * psurf__kind_sides(kind);
 }
+
+/* The kind of patch that triangles of a scheme become: from the table in chapter 5. */
+static psurf_kind psurf__scheme_triangle(psurf_scheme scheme);
 
 /* What a topology is made from. Built in two steps, each with memory of its own: the faces as they
    came in, then the facets that they or their pieces became. */
@@ -1304,10 +1430,12 @@ typedef struct psurf__builder {
     psurf_error error;
     uint32_t vertices, faces, edges, hard_edges, boundary_edges, edges_cut, valence2;
     uint32_t uniform_size;              /* of all faces, or 0 */
-    uint32_t splits, facets, corners;   /* split faces; of the facets once they are known */
+    uint32_t splits, centres, inner_edges;      /* split faces, and what that makes */
+    uint32_t facets, corners;           /* of the facets once they are known */
     uint32_t ring_count, vertex_rings, spoke_count, max_valence, trig_count;
 
     const uint32_t *vertex;             /* per corner */
+    const uint32_t *normal;             /* per corner, or NULL */
     uint32_t *next, *prev;              /* per corner: corner of the same facet */
     uint32_t *twin;                     /* per corner: the half-edge that runs the other way */
     uint32_t *edge;                     /* per corner: number of the edge */
@@ -1318,6 +1446,7 @@ typedef struct psurf__builder {
     unsigned char *vertex_flag;         /* per vertex: named in desc->corners */
     unsigned char *face_split;          /* per face */
     uint32_t *face_corner;              /* per face: first corner of its facets */
+    uint32_t *face_apex;                /* per face: the corner where its pieces begin */
 
     uint32_t *count;                    /* work space: per corner, vertex, edge or valence */
     uint32_t *ring, *spoke;             /* per corner: number of each in the tables */
@@ -1368,12 +1497,14 @@ static psurf_result psurf__count_mesh(psurf__builder *b)
     const psurf_mesh_desc *d = b->desc;
     const uint32_t sizes = d->face_sizes ? d->face_count : d->face_count > 0;
     const uint32_t times = d->face_sizes ? 1 : d->face_count;   /* equal sizes are looked at once */
+    const uint32_t most = d->split == PSURF_SPLIT_PM ? PSURF_MAX_FACE_SIZE
+                                                     : PSURF_MAX_FACE_SIZE / 2;
     uint64_t corners = 0;
     uint32_t f;
     b->uniform_size = sizes ? psurf__size_of_face(d, 0) : 0;
     for (f = 0; f < sizes; f++) {
         const uint32_t size = psurf__size_of_face(d, f);
-        if (size < 3 || size > PSURF_MAX_FACE_SIZE)
+        if (size < 3 || size > most)
             return psurf__fail(b, PSURF_BAD_FACE, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
         if (size != b->uniform_size) b->uniform_size = 0;
         corners += (uint64_t)size * times;
@@ -1395,9 +1526,34 @@ static psurf_result psurf__check_desc(psurf__builder *b)
     if (d->_start_canary || d->_end_canary || (d->flags & ~known) ||
         (d->face_count && !d->face_vertices) || (d->edge_count && !d->edges) ||
         (d->corner_count && !d->corners) || d->position_stride % sizeof(psurf_real) ||
+        (uint32_t)d->split >= PSURF_SPLIT_COUNT ||
+        (d->face_schemes && d->split != PSURF_SPLIT_TRIANGLES) ||
         ((d->flags & PSURF_DEFAULT_BLEND) && !(blend >= 0 && blend <= 1)))
         return psurf__fail_nowhere(b, PSURF_BAD_DESC);
     return psurf__count_mesh(b);
+}
+
+/* The boundary curves of a scheme: those that have equal ones go together on one object. */
+static int psurf__curves_of(unsigned scheme)
+{
+    switch ((psurf_scheme)scheme) {
+    case PSURF_PN: case PSURF_SMOOTHED_N: case PSURF_CUBIC_PN_B1: case PSURF_CUBIC_PN_B2: return 1;
+    case PSURF_CUBIC_WM_B1: case PSURF_CUBIC_WM_B2: return 2;
+    case PSURF_HYBRID: return 3;
+    case PSURF_PNG1: return 4;
+    case PSURF_PM: case PSURF_MIXED: case PSURF_SCHEME_COUNT: default: return 0;
+    }
+}
+
+static psurf_result psurf__check_schemes(psurf__builder *b)
+{
+    const unsigned char *schemes = b->desc->face_schemes;
+    uint32_t f;
+    for (f = 0; schemes && f < b->faces; f++)
+        if (!psurf__curves_of(schemes[f]) ||
+            psurf__curves_of(schemes[f]) != psurf__curves_of(schemes[0]))
+            return psurf__fail(b, PSURF_BAD_SCHEME, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
+    return PSURF_OK;
 }
 
 static void psurf__carve_faces(psurf__builder *b, psurf__block *block)
@@ -1416,6 +1572,7 @@ static void psurf__carve_faces(psurf__builder *b, psurf__block *block)
     b->vertex_flag = PSURF__CARVE(block, unsigned char, v);
     b->face_split = PSURF__CARVE(block, unsigned char, b->faces);
     b->face_corner = PSURF__CARVE(block, uint32_t, b->faces);
+    if (b->desc->split != PSURF_SPLIT_PM) b->face_apex = PSURF__CARVE(block, uint32_t, b->faces);
     b->face_kind = PSURF__CARVE(block, unsigned char, b->faces);
 }
 
@@ -1449,6 +1606,8 @@ static psurf_result psurf__link_faces(psurf__builder *b)
                 return psurf__fail(b, PSURF_BAD_INDEX, f, c - first, v, PSURF_NONE);
             if (seen[v] == f) return psurf__fail(b, PSURF_BAD_FACE, f, c - first, v, PSURF_NONE);
             seen[v] = f;
+            if (b->normal && b->normal[c] >= b->desc->normal_count)
+                return psurf__fail(b, PSURF_BAD_NORMAL, f, c - first, v, PSURF_NONE);
             if (b->first_corner[v] == PSURF_NONE) b->first_corner[v] = c;
             b->next[c] = c + 1 == end ? first : c + 1;
             b->prev[c] = c == first ? end - 1 : c - 1;
@@ -1581,6 +1740,21 @@ static psurf_result psurf__apply_tags(psurf__builder *b)
     return PSURF_OK;
 }
 
+/* Edges whose sides name different normals are hard, but to pm. */
+static void psurf__find_folds(psurf__builder *b)
+{
+    const uint32_t *normal = b->normal;
+    uint32_t c;
+    if (!normal || b->desc->split == PSURF_SPLIT_PM) return;
+    for (c = 0; c < b->corners; c++) {
+        const uint32_t twin = b->twin[c];
+        if (twin == PSURF_NONE || twin < c || b->edge_hard[b->edge[c]]) continue;
+        if (normal[c] == normal[b->next[twin]] && normal[b->next[c]] == normal[twin]) continue;
+        b->edge_hard[b->edge[c]] = 1;
+        b->hard_edges++;
+    }
+}
+
 static void psurf__count_valences(psurf__builder *b)
 {
     uint32_t *count = b->count, v, c;
@@ -1607,10 +1781,13 @@ static uint32_t psurf__counter_clockwise(const psurf__builder *b, uint32_t c)
     return b->twin[b->prev[c]];
 }
 
+/* Whether the half-edge at a corner lies between two pieces of a face. */
+static int psurf__is_inner(const psurf__builder *b, uint32_t c) { return b->edge[c] >= b->edges; }
+
 /* Whether the spoke at a corner separates two sides of a fan. Between pieces nothing does. */
 static int psurf__sharp(const psurf__builder *b, uint32_t c)
 {
-    return b->twin[c] == PSURF_NONE || (b->edge[c] < b->edges && b->edge_hard[b->edge[c]]);
+    return b->twin[c] == PSURF_NONE || (!psurf__is_inner(b, c) && b->edge_hard[b->edge[c]]);
 }
 
 /* All facets around a vertex that are connected through edges. */
@@ -1644,16 +1821,37 @@ static psurf__fan psurf__find_fan(const psurf__builder *b, uint32_t corner)
     return fan;
 }
 
-/* ---- faces that are split ([PM] has no rule for them: ours) ---- */
+/* ---- faces that are split: in pm round their centre ([PM] has no rule for them: ours), else
+   into quads and triangles that all begin at the corner of the lowest vertex ([PN] 2: "by
+   splitting"; the order is ours) ---- */
 
-/* Marks faces to be split in a fan round their centre: six corners or more; at an interior vertex
-   of two edges; alone on their side of a crease. Splitting only adds facets to vertices. */
+/* Corners from which on every face is split. */
+static uint32_t psurf__split_size(psurf_split split)
+{
+    return split == PSURF_SPLIT_PM ? 6 : split == PSURF_SPLIT_PN ? 5 : 4;
+}
+
+/* Pieces of a split face, and corners of piece p. */
+static uint32_t psurf__piece_count(psurf_split split, uint32_t size)
+{
+    if (split == PSURF_SPLIT_PM) return size;
+    return split == PSURF_SPLIT_PN ? (size - 1) / 2 : size - 2;
+}
+
+static uint32_t psurf__piece_size(psurf_split split, uint32_t size, uint32_t p)
+{
+    return split == PSURF_SPLIT_PN && 2 * p + 3 < size ? 4 : 3;
+}
+
+/* Marks faces to be split: by their corners; for pm, at interior vertices of two edges and alone on
+   their side of a crease too. Splitting only adds facets to vertices. */
 static void psurf__mark_splits(psurf__builder *b)
 {
+    const psurf_split split = b->desc->split;
     uint32_t *face = b->order, f, c = 0, v, i;          /* the order has served its purpose */
     for (f = 0; f < b->faces; f++) {
         const uint32_t size = psurf__size_of_face(b->desc, f);
-        b->face_split[f] = size > 5;
+        b->face_split[f] = size >= psurf__split_size(split);
         for (i = 0; i < size; i++) face[c++] = f;
     }
     for (c = 0; c < b->corners; c++) b->ring[c] = 0;    /* ring: visited */
@@ -1667,12 +1865,25 @@ static void psurf__mark_splits(psurf__builder *b)
         do {
             const uint32_t next = psurf__counter_clockwise(b, i);
             b->ring[i] = 1;
-            if (!fan.open && (fan.facets == 2 || (fan.sharp == 2 && !b->vertex_flag[v] &&
-                psurf__sharp(b, i) && psurf__sharp(b, next))))
+            if (split == PSURF_SPLIT_PM && !fan.open &&
+                (fan.facets == 2 || (fan.sharp == 2 && !b->vertex_flag[v] &&
+                                     psurf__sharp(b, i) && psurf__sharp(b, next))))
                 b->face_split[face[i]] = 1;
             i = next;
         } while (i != PSURF_NONE && i != fan.start);
     }
+}
+
+static uint32_t psurf__face_pieces(const psurf__builder *b, uint32_t face)
+{
+    if (!b->face_split[face]) return 1;
+    return psurf__piece_count(b->desc->split, psurf__size_of_face(b->desc, face));
+}
+
+static uint32_t psurf__facet_size(const psurf__builder *b, uint32_t face, uint32_t piece)
+{
+    const uint32_t size = psurf__size_of_face(b->desc, face);
+    return b->face_split[face] ? psurf__piece_size(b->desc->split, size, piece) : size;
 }
 
 /* Where the facets of each face begin among the corners, and how many there are of everything. */
@@ -1681,63 +1892,156 @@ static psurf_result psurf__count_facets(psurf__builder *b)
     uint64_t corners = 0;
     uint32_t f;
     for (f = 0; f < b->faces; f++) {
-        const uint32_t size = psurf__size_of_face(b->desc, f);
+        const uint32_t size = psurf__size_of_face(b->desc, f), pieces = psurf__face_pieces(b, f);
         b->face_corner[f] = (uint32_t)corners;
         b->splits += b->face_split[f];
-        b->facets += b->face_split[f] ? size : 1;
-        corners += b->face_split[f] ? 3 * size : size;
+        b->facets += pieces;
+        if (b->desc->split == PSURF_SPLIT_PM) {
+            corners += b->face_split[f] ? 3 * size : size;
+        } else {                                        /* each inner edge gives two corners more */
+            corners += size + 2 * (pieces - 1);
+            b->inner_edges += pieces - 1;
+        }
         if (corners >= PSURF_MAX_CORNERS) return psurf__fail_nowhere(b, PSURF_TOO_LARGE);
     }
+    b->centres = b->desc->split == PSURF_SPLIT_PM ? b->splits : 0;
     b->corners = (uint32_t)corners;
     return PSURF_OK;
 }
 
-/* The corner that an input corner of a face becomes: the first of its piece. */
-static uint32_t psurf__piece_corner(const psurf__builder *b, uint32_t face, uint32_t i)
+/* First corner of a piece of a face. */
+static uint32_t psurf__piece_start(const psurf__builder *b, uint32_t face, uint32_t piece)
 {
-    return b->face_corner[face] + (b->face_split[face] ? 3 * i : i);
+    return b->face_corner[face] + piece * psurf__facet_size(b, face, 0);
+}
+
+/* Where half-edge j of a face lies that is split from its apex, counted from there: the piece, and
+   the corner of the piece. */
+static uint32_t psurf__fan_corner(psurf_split split, uint32_t size, uint32_t j, uint32_t *piece)
+{
+    const uint32_t last = psurf__piece_count(split, size) - 1;
+    const uint32_t per_piece = psurf__piece_size(split, size, 0) - 2;
+    *piece = j == 0 ? 0 : j == size - 1 ? last : (j - 1) / per_piece;
+    if (j == 0) return 0;
+    return j == size - 1 ? psurf__piece_size(split, size, last) - 1 : 1 + (j - 1) % per_piece;
+}
+
+/* The corner of a face where its fan of pieces begins: that of the lowest vertex. */
+static uint32_t psurf__apex(const uint32_t *vertices, uint32_t size)
+{
+    uint32_t i, apex = 0;
+    for (i = 1; i < size; i++)
+        if (vertices[i] < vertices[apex]) apex = i;
+    return apex;
+}
+
+/* The corner that the input corner number i of a split face becomes: that of the piece where its
+   half-edge lies. */
+static uint32_t psurf__piece_corner(const psurf__builder *b, uint32_t face, uint32_t apex,
+                                    uint32_t i)
+{
+    const uint32_t size = psurf__size_of_face(b->desc, face);
+    uint32_t piece = i, corner = 0;
+    if (b->desc->split != PSURF_SPLIT_PM)
+        corner = psurf__fan_corner(b->desc->split, size, (i + size - apex) % size, &piece);
+    return psurf__piece_start(b, face, piece) + corner;
+}
+
+/* New arrays of the builder, per corner. */
+typedef struct psurf__pieces { uint32_t *vertex, *normal; } psurf__pieces;
+
+/* An inner edge: half-edges c and twin, each the other's. */
+static void psurf__join(psurf__builder *b, uint32_t c, uint32_t twin, uint32_t edge)
+{
+    b->twin[c] = twin;
+    b->twin[twin] = c;
+    b->edge[c] = b->edge[twin] = edge;
+}
+
+static void psurf__link_piece(psurf__builder *b, uint32_t first, uint32_t size)
+{
+    uint32_t k;
+    for (k = 0; k < size; k++) {
+        b->next[first + k] = first + (k + 1) % size;
+        b->prev[first + k] = first + (k + size - 1) % size;
+    }
+}
+
+/* Pieces of a face in a fan round its centre; in: its first input corner. */
+static void psurf__split_round(psurf__builder *b, const psurf__pieces *to, uint32_t face,
+                               uint32_t centre)
+{
+    const uint32_t size = psurf__size_of_face(b->desc, face), first = b->face_corner[face];
+    uint32_t i;
+    for (i = 0; i < size; i++) {
+        const uint32_t c = first + 3 * i;
+        to->vertex[c + 1] = to->vertex[first + 3 * ((i + 1) % size)];
+        to->vertex[c + 2] = centre;
+        psurf__join(b, c + 1, first + (3 * i + 5) % (3 * size), PSURF_INNER_EDGE);
+        psurf__link_piece(b, c, 3);
+    }
+    b->first_corner[centre] = first + 2;
+}
+
+/* Pieces of a face in a fan from its apex. Half-edges that were there before have their vertices
+   already; new ones leave the apex, or end there. */
+static void psurf__split_fan(psurf__builder *b, const psurf__pieces *to, uint32_t face,
+                             uint32_t *inner)
+{
+    const uint32_t pieces = psurf__face_pieces(b, face);
+    uint32_t p, last = 0;
+    for (p = 0; p < pieces; p++) {
+        const uint32_t first = psurf__piece_start(b, face, p);
+        const uint32_t size = psurf__facet_size(b, face, p);
+        psurf__link_piece(b, first, size);
+        if (p > 0) {
+            to->vertex[first] = to->vertex[b->face_corner[face]];
+            to->vertex[last] = to->vertex[first + 1];
+            if (to->normal) {
+                to->normal[first] = to->normal[b->face_corner[face]];
+                to->normal[last] = to->normal[first + 1];
+            }
+            psurf__join(b, first, last, b->edges + b->hard_edges + (*inner)++);
+        }
+        last = first + size - 1;
+    }
 }
 
 /* Links the facets into new arrays of the builder, from the faces in the old ones. */
-static void psurf__split_faces(psurf__builder *b, const psurf__builder *old, uint32_t *vertex)
+static void psurf__split_faces(psurf__builder *b, const psurf__builder *old,
+                               const psurf__pieces *to)
 {
-    uint32_t f, i, k, in = 0, centre = b->vertices;
+    uint32_t f, i, in = 0, centre = b->vertices, inner = 0;
     uint32_t *renamed = old->ring;                      /* per input corner */
-    for (f = 0; f < b->faces; f++)
-        for (i = 0; i < psurf__size_of_face(b->desc, f); i++)
-            renamed[in++] = psurf__piece_corner(b, f, i);
+    for (f = 0; f < b->faces; f++) {
+        const uint32_t size = psurf__size_of_face(b->desc, f), first = in;
+        const uint32_t apex = b->centres ? 0 : psurf__apex(old->vertex + first, size);
+        if (!b->centres) b->face_apex[f] = apex;
+        for (i = 0; i < size; i++)
+            renamed[in++] = b->face_split[f] ? psurf__piece_corner(b, f, apex, i)
+                                             : b->face_corner[f] + i;
+    }
     for (f = 0, in = 0; f < b->faces; f++) {
-        const uint32_t size = psurf__size_of_face(b->desc, f), first = b->face_corner[f];
+        const uint32_t size = psurf__size_of_face(b->desc, f);
         for (i = 0; i < size; i++, in++) {
             const uint32_t c = renamed[in], twin = old->twin[in];
-            vertex[c] = old->vertex[in];
+            to->vertex[c] = old->vertex[in];
+            if (to->normal) to->normal[c] = old->normal[in];
             b->edge[c] = old->edge[in];
             b->twin[c] = twin == PSURF_NONE ? PSURF_NONE : renamed[twin];
-            if (!b->face_split[f]) {
-                b->next[c] = renamed[old->next[in]];
-                b->prev[c] = renamed[old->prev[in]];
-                continue;
-            }
-            vertex[c + 1] = old->vertex[old->next[in]];
-            vertex[c + 2] = centre;
-            b->twin[c + 1] = first + (3 * i + 5) % (3 * size);
-            b->twin[c + 2] = first + (3 * i + 3 * size - 2) % (3 * size);
-            b->edge[c + 1] = b->edge[c + 2] = PSURF_INNER_EDGE;
-            for (k = 0; k < 3; k++) {
-                b->next[c + k] = c + (k + 1) % 3;
-                b->prev[c + k] = c + (k + 2) % 3;
-            }
         }
-        if (b->face_split[f]) b->first_corner[centre++] = first + 2;
+        if (!b->face_split[f]) psurf__link_piece(b, b->face_corner[f], size);
+        else if (b->centres) psurf__split_round(b, to, f, centre++);
+        else psurf__split_fan(b, to, f, &inner);
     }
     for (i = 0; i < b->vertices; i++)
         b->first_corner[i] = old->first_corner[i] == PSURF_NONE ? PSURF_NONE
                                                                 : renamed[old->first_corner[i]];
 }
 
-static void psurf__carve_facets(psurf__builder *b, psurf__block *block, uint32_t **vertex)
+static void psurf__carve_facets(psurf__builder *b, psurf__block *block, psurf__pieces *pieces)
 {
-    const uint64_t c = b->corners, v = (uint64_t)b->vertices + b->splits;
+    const uint64_t c = b->corners, v = (uint64_t)b->vertices + b->centres;
     const uint64_t nominal = c + c / 2;                 /* corners of k facets count 4k; k <= c/3 */
     b->count = PSURF__CARVE(block, uint32_t, (nominal > v ? nominal : v) + 2);
     b->ring = PSURF__CARVE(block, uint32_t, c);
@@ -1751,7 +2055,8 @@ static void psurf__carve_facets(psurf__builder *b, psurf__block *block, uint32_t
     b->prev = PSURF__CARVE(block, uint32_t, c);
     b->twin = PSURF__CARVE(block, uint32_t, c);
     b->edge = PSURF__CARVE(block, uint32_t, c);
-    *vertex = PSURF__CARVE(block, uint32_t, c);
+    pieces->vertex = PSURF__CARVE(block, uint32_t, c);
+    if (b->normal) pieces->normal = PSURF__CARVE(block, uint32_t, c);
 }
 
 /* ---- rings ---- */
@@ -1798,8 +2103,8 @@ static uint32_t psurf__corner_angle(const psurf__builder *b, uint32_t c)
     static const unsigned char angle[7] = {0, 0, 0, 10, 15, 18, 20};
     const uint32_t third = b->next[b->next[c]];
     uint32_t size = b->next[third] == c ? 3 : b->next[b->next[third]] == c ? 4 : 5, at;
-    if (b->edge[c] == PSURF_INNER_EDGE) return 0;
-    if (b->edge[b->prev[c]] == PSURF_INNER_EDGE) {      /* the third corner is the centre */
+    if (psurf__is_inner(b, c)) return 0;
+    if (psurf__is_inner(b, b->prev[c])) {               /* the third corner is the centre */
         at = psurf__counter_clockwise(b, third);
         for (size = 1; at != third && size < 6; size++) at = psurf__counter_clockwise(b, at);
     }
@@ -1846,7 +2151,7 @@ static int psurf__has_one_face(const psurf__builder *b, const psurf__fan *fan)
 {
     if (!fan->open || fan->facets > 2) return 0;
     return fan->facets == 1 ||
-           b->edge[psurf__counter_clockwise(b, fan->start)] == PSURF_INNER_EDGE;
+           psurf__is_inner(b, psurf__counter_clockwise(b, fan->start));
 }
 
 /* The rings of one fan: a closed one, or one per wedge between sharp spokes. */
@@ -1863,7 +2168,8 @@ static psurf_result psurf__walk_fan(psurf__builder *b, uint32_t corner)
         psurf__make_ring(b, c, 0);
         return PSURF_OK;
     }
-    if (fan.sharp > 2 && !flagged) wide = psurf__wide_wedge(b, &fan);
+    if (fan.sharp > 2 && !flagged && b->desc->split == PSURF_SPLIT_PM)
+        wide = psurf__wide_wedge(b, &fan);
     do {
         uint32_t flags = PSURF_RING_OPEN;
         if (is_corner) flags |= c == wide ? PSURF_RING_WIDE : PSURF_RING_CORNER;
@@ -1884,7 +2190,7 @@ static psurf_result psurf__walk_rings(psurf__builder *b)
     b->vertex_rings = b->ring_count;
     for (c = 0; c < b->corners && result == PSURF_OK; c++)
         if (b->ring[c] == PSURF_NONE && b->vertex[c] < b->vertices) result = psurf__walk_fan(b, c);
-    for (; v < b->vertices + b->splits && result == PSURF_OK; v++)
+    for (; v < b->vertices + b->centres && result == PSURF_OK; v++)
         result = psurf__walk_fan(b, b->first_corner[v]);
     return result;
 }
@@ -1920,11 +2226,12 @@ static void psurf__find_poles(psurf__builder *b)
 {
     enum { NOT_CANDIDATE = 1, BESIDE_CANDIDATE = 2 };
     uint32_t c, r;
+    if (b->desc->split != PSURF_SPLIT_PM) return;
     for (r = 0; r < b->ring_count; r++)
         b->ring_flag[r] = b->rings[r].valence & PSURF_RING_OPEN ? NOT_CANDIDATE : 0;
     for (c = 0; c < b->corners; c++) {
         const uint32_t end = b->next[c], third = b->next[end];
-        const int in_piece = b->edge[c] == PSURF_INNER_EDGE || b->edge[third] == PSURF_INNER_EDGE;
+        const int in_piece = psurf__is_inner(b, c) || psurf__is_inner(b, third);
         if (b->next[third] != c || psurf__nominal_valence(&b->rings[b->ring[end]]) != 4 ||
             psurf__sharp(b, c) || (in_piece && b->vertex[c] < b->vertices))
             b->ring_flag[b->ring[c]] |= NOT_CANDIDATE;
@@ -1938,9 +2245,17 @@ static void psurf__find_poles(psurf__builder *b)
 
 /* ---- facets and tables ---- */
 
-/* The kind of the facet of size corners from first on, and in *pole the corner that is the pole. */
-static psurf_kind psurf__classify(const psurf__builder *b, uint32_t first, uint32_t size,
-                                  uint32_t *pole)
+/* What triangles of a face are filed under, in the split families of point-normal schemes. */
+static psurf_kind psurf__triangle_kind(const psurf__builder *b, uint32_t face)
+{
+    const unsigned char *schemes = b->desc->face_schemes;
+    return schemes ? psurf__scheme_triangle((psurf_scheme)schemes[face]) : PSURF_PN_TRI;
+}
+
+/* The kind of a facet of pm, of size corners from first on, and in *pole the corner that is the
+   pole. */
+static psurf_kind psurf__classify_pm(const psurf__builder *b, uint32_t first, uint32_t size,
+                                     uint32_t *pole)
 {
     uint32_t i, regular = 0;
     for (i = 0; i < size; i++) {
@@ -1955,23 +2270,26 @@ static psurf_kind psurf__classify(const psurf__builder *b, uint32_t first, uint3
     return (psurf_kind)(PSURF_P3 + (size - 3));
 }
 
-static uint32_t psurf__facet_size(const psurf__builder *b, uint32_t face)
+/* The kind that a piece of a face is filed under. In pm all pieces of a face are of one. */
+static psurf_kind psurf__classify(const psurf__builder *b, uint32_t face, uint32_t piece,
+                                  uint32_t *pole)
 {
-    return b->face_split[face] ? 3 : psurf__size_of_face(b->desc, face);
-}
-
-static uint32_t psurf__face_pieces(const psurf__builder *b, uint32_t face)
-{
-    return b->face_split[face] ? psurf__size_of_face(b->desc, face) : 1;
+    const uint32_t size = psurf__facet_size(b, face, piece);
+    if (b->desc->split == PSURF_SPLIT_PM)
+        return psurf__classify_pm(b, psurf__piece_start(b, face, piece), size, pole);
+    return size == 4 ? PSURF_PN_QUAD : psurf__triangle_kind(b, face);
 }
 
 static void psurf__sort_facets(psurf__builder *b, psurf_topology *t)
 {
     uint32_t count[PSURF_KIND_COUNT] = {0}, f, k, pole = 0;
     for (f = 0; f < b->faces; f++) {
-        psurf_kind kind = psurf__classify(b, b->face_corner[f], psurf__facet_size(b, f), &pole);
+        const uint32_t pieces = psurf__face_pieces(b, f);
+        const psurf_kind kind = psurf__classify(b, f, 0, &pole);
+        const psurf_kind last = b->centres ? kind : psurf__classify(b, f, pieces - 1, &pole);
         b->face_kind[f] = (unsigned char)kind;
-        count[kind] += psurf__face_pieces(b, f);
+        count[kind] += pieces - 1;
+        count[last]++;
         if (b->face_split[f]) t->info.ngon_faces++;
         else t->info.kind_faces[kind]++;
     }
@@ -1991,7 +2309,7 @@ static uint32_t psurf__find_root(uint32_t *parent, uint32_t v)
 
 static uint32_t psurf__count_components(psurf__builder *b)
 {
-    const uint32_t vertices = b->vertices + b->splits;
+    const uint32_t vertices = b->vertices + b->centres;
     uint32_t *parent = b->count, v, c, n = 0;
     for (v = 0; v < vertices; v++) parent[v] = v;
     for (c = 0; c < b->corners; c++) {
@@ -2023,10 +2341,13 @@ static void psurf__carve_topology(const psurf__builder *b, psurf_topology *t, ps
     t->spokes = PSURF__CARVE_TABLE(block, psurf_spoke, b->spoke_count);
     t->corners = PSURF__CARVE_TABLE(block, psurf_corner, b->corners);
     t->facets = PSURF__CARVE_TABLE(block, psurf_facet, b->facets);
-    t->edges = PSURF__CARVE_TABLE(block, psurf_edge, (uint64_t)b->edges + b->hard_edges);
+    t->edges = PSURF__CARVE_TABLE(block, psurf_edge,
+                                  (uint64_t)b->edges + b->hard_edges + b->inner_edges);
     t->trig = PSURF__CARVE_TABLE(block, psurf_trig, b->trig_count);
     t->face_facet = PSURF__CARVE_TABLE(block, uint32_t, b->faces);
-    t->centres = PSURF__CARVE_TABLE(block, uint32_t, b->splits);
+    t->centres = PSURF__CARVE_TABLE(block, uint32_t, b->centres);
+    if (b->normal && b->desc->split != PSURF_SPLIT_PM)
+        t->ring_normals = PSURF__CARVE_TABLE(block, uint32_t, b->ring_count);
     if (psurf__has_blends(b->desc))
         t->blends = PSURF__CARVE_TABLE(block, psurf_real, b->spoke_count);
     t->table_bytes = block->used - t->table_bytes;
@@ -2069,7 +2390,7 @@ static void psurf__fill_starts(const psurf__builder *b, psurf_topology *t)
 }
 
 /* The side of its edge that a corner lies on: hard edges have a second one, numbered after all
-   edges in the order of faces. */
+   edges in the order of faces. Inner edges of fans from an apex come last. */
 static void psurf__fill_edge(psurf__builder *b, psurf_topology *t, uint32_t c, uint32_t at)
 {
     const uint32_t e = b->edge[c], twin = b->twin[c];
@@ -2080,7 +2401,7 @@ static void psurf__fill_edge(psurf__builder *b, psurf_topology *t, uint32_t c, u
     }
     if (twin != PSURF_NONE && twin < c) {
         t->edges[e].other = at;
-        if (!b->edge_hard[e]) {
+        if (psurf__is_inner(b, c) || !b->edge_hard[e]) {
             t->corners[at].edge = e;
             return;
         }
@@ -2111,28 +2432,43 @@ static void psurf__fill_writer(psurf__builder *b, psurf_topology *t, uint32_t c,
     if (b->count[b->ring[c]]++ == 0) t->corners[at].ring |= PSURF_WRITER;
 }
 
+/* One piece of a face, to the next place of its kind. */
+static void psurf__fill_facet(psurf__builder *b, psurf_topology *t, uint32_t face, uint32_t piece,
+                              uint32_t *next)
+{
+    uint32_t i, pole = 0;
+    const psurf_kind kind = psurf__classify(b, face, piece, &pole);
+    const uint32_t facet = next[kind]++, size = psurf__kind_sides(kind);
+    const uint32_t c = psurf__piece_start(b, face, piece), at = psurf__facet_corner(t, kind, facet);
+    t->facets[facet].face = face;
+    t->facets[facet].piece = piece | (b->face_split[face] ? PSURF_SPLIT_FACE : 0);
+    if (kind == PSURF_POLAR) t->facets[facet].piece |= (pole + 1) % 3 << 16;
+    if (b->face_split[face] && !b->centres) t->facets[facet].piece |= b->face_apex[face] << 16;
+    for (i = 0; i < size; i++) {
+        psurf__fill_corner(b, t, c + i, at + i);
+        if (!psurf__is_inner(b, c + i)) psurf__fill_writer(b, t, c + i, at + i);
+    }
+}
+
 static void psurf__fill_facets(psurf__builder *b, psurf_topology *t)
 {
-    uint32_t next[PSURF_KIND_COUNT], f, i, p, r, pole = 0, centre = 0;
+    uint32_t next[PSURF_KIND_COUNT], f, i, p, r, centre = 0;
     for (i = 0; i < PSURF_KIND_COUNT; i++) next[i] = t->kind_first[i];
     for (r = 0; r < b->ring_count; r++) b->count[r] = 0;
     for (f = 0; f < b->faces; f++) {
-        const psurf_kind kind = (psurf_kind)b->face_kind[f];
-        const uint32_t size = psurf__kind_sides(kind), pieces = psurf__face_pieces(b, f);
-        const uint32_t split = b->face_split[f];
-        t->face_facet[f] = next[kind];
-        if (split) t->centres[centre++] = f;
-        for (p = 0; p < pieces; p++) {
-            const uint32_t facet = next[kind]++, c = b->face_corner[f] + p * size;
-            const uint32_t at = psurf__facet_corner(t, kind, facet);
-            t->facets[facet].face = f;
-            t->facets[facet].piece = p | (split ? PSURF_SPLIT_FACE : 0);
-            if (psurf__classify(b, c, size, &pole) == PSURF_POLAR)
-                t->facets[facet].piece |= (pole + 1) % 3 << 16;
-            for (i = 0; i < size; i++) psurf__fill_corner(b, t, c + i, at + i);
-            for (i = 0; i < (split ? 1 : size); i++) psurf__fill_writer(b, t, c + i, at + i);
-        }
+        const uint32_t pieces = psurf__face_pieces(b, f);
+        t->face_facet[f] = next[b->face_kind[f]];
+        if (b->face_split[f] && b->centres) t->centres[centre++] = f;
+        for (p = 0; p < pieces; p++) psurf__fill_facet(b, t, f, p, next);
     }
+}
+
+/* All corners of a ring name the same normal: else an edge between them were hard. */
+static void psurf__fill_normals(const psurf__builder *b, psurf_topology *t)
+{
+    uint32_t r;
+    if (!t->ring_normals) return;
+    for (r = 0; r < b->ring_count; r++) t->ring_normals[r] = b->normal[b->ring_corner[r]];
 }
 
 static int psurf__is_wide(const psurf__builder *b, uint32_t c)
@@ -2175,7 +2511,7 @@ static psurf_real psurf__blend_of(const psurf__builder *b, uint32_t e, uint32_t 
 {
     const psurf_mesh_desc *d = b->desc;
     const psurf_edge_tag *tag = NULL;
-    if (e != PSURF_INNER_EDGE && b->edge_tag[e] != PSURF_NONE) tag = &d->edges[b->edge_tag[e]];
+    if (e < b->edges && b->edge_tag[e] != PSURF_NONE) tag = &d->edges[b->edge_tag[e]];
     if (tag && (tag->flags & PSURF_BLEND)) return tag->v0 == v ? tag->blend0 : tag->blend1;
     return d->flags & PSURF_DEFAULT_BLEND ? d->default_blend : PSURF__R(2.0 / 3.0);
 }
@@ -2208,13 +2544,17 @@ static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes,
     info->rings = b->ring_count;
     info->spokes = b->spoke_count;
     info->facets = b->facets;
-    info->centres = b->splits;
+    info->centres = b->centres;
     info->edge_sides = b->edges + b->hard_edges;
+    info->inner_edges = b->inner_edges;
     info->bytes = bytes;
     info->peak_bytes = bytes + scratch;
     t->corner_count = b->corners;
     t->trig_count = b->trig_count;
     t->vertex_rings = b->vertex_rings;
+    t->split = b->desc->split;
+    t->mixed = b->desc->face_schemes != NULL;
+    if (t->mixed && b->faces) t->mixed_first = (psurf_scheme)b->desc->face_schemes[0];
 }
 
 /* ---- the steps ---- */
@@ -2223,10 +2563,12 @@ static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes,
 static psurf_result psurf__connect(psurf__builder *b)
 {
     psurf_result result = psurf__link_faces(b);
+    if (result == PSURF_OK) result = psurf__check_schemes(b);
     if (result == PSURF_OK) result = psurf__check_positions(b);
     if (result == PSURF_OK) result = psurf__pair_half_edges(b);
     if (result == PSURF_OK) result = psurf__apply_tags(b);
     if (result != PSURF_OK) return result;
+    psurf__find_folds(b);
     psurf__count_valences(b);
     psurf__mark_splits(b);
     return psurf__count_facets(b);
@@ -2256,6 +2598,7 @@ static psurf_result psurf__make_topology(psurf__builder *b, const psurf_allocato
     psurf__fill_facets(b, t);
     psurf__fill_last_spokes(b, t);
     psurf__fill_blends(b, t);
+    psurf__fill_normals(b, t);
     psurf__fill_info(b, t, bytes, scratch);
     *out = t;
     return PSURF_OK;
@@ -2268,15 +2611,16 @@ static psurf_result psurf__build_facets(psurf__builder *b, const psurf_allocator
     const psurf__builder faces = *b;
     psurf__block block = {NULL, 0};
     psurf_result result;
-    uint32_t *vertex = NULL;
+    psurf__pieces pieces = {NULL, NULL};
     size_t bytes;
-    psurf__carve_facets(b, &block, &vertex);
+    psurf__carve_facets(b, &block, &pieces);
     result = psurf__allocate(allocator, &block, &bytes);
     if (result != PSURF_OK) return psurf__fail_nowhere(b, result);
-    psurf__carve_facets(b, &block, &vertex);
+    psurf__carve_facets(b, &block, &pieces);
     if (b->splits) {
-        psurf__split_faces(b, &faces, vertex);
-        b->vertex = vertex;
+        psurf__split_faces(b, &faces, &pieces);
+        b->vertex = pieces.vertex;
+        if (b->normal) b->normal = pieces.normal;
     }
     result = psurf__walk_rings(b);
     if (result == PSURF_OK) result = psurf__assign_trig(b);
@@ -2300,10 +2644,45 @@ static psurf_result psurf__build(psurf__builder *b, const psurf_allocator *alloc
     if (result != PSURF_OK) return psurf__fail_nowhere(b, result);
     psurf__carve_faces(b, &block);
     b->vertex = b->desc->face_vertices;
+    b->normal = b->desc->face_normals;
     result = psurf__connect(b);
     if (result == PSURF_OK) result = psurf__build_facets(b, allocator, bytes, topology);
     allocator->release(allocator->ctx, block.base, bytes);
     return result;
+}
+
+/* The first facet of a kind whose face is not before one. */
+static uint32_t psurf__first_facet(const psurf_topology *t, psurf_kind kind, uint32_t face)
+{
+    uint32_t low = t->kind_first[kind], high = t->kind_first[kind + 1];
+    while (low < high) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (t->facets[middle].face < face) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+/* The facet of a piece of a split face. Pieces follow each other; but where quads leave a last
+   triangle, that stands among the triangles. */
+static uint32_t psurf__piece_facet(const psurf_topology *t, uint32_t face, uint32_t size,
+                                   uint32_t piece)
+{
+    const uint32_t first = t->face_facet[face];
+    if (piece > 0 && psurf__piece_size(t->split, size, piece) !=
+                         psurf__piece_size(t->split, size, 0))
+        return psurf__first_facet(t, PSURF_PN_TRI, face);
+    return first + piece;
+}
+
+/* The corner where half-edge j starts of a face that is split from its apex, counted from there. */
+static const psurf_corner *psurf__find_fan_corner(const psurf_topology *t, uint32_t face,
+                                                  uint32_t size, uint32_t j)
+{
+    uint32_t piece;
+    const uint32_t corner = psurf__fan_corner(t->split, size, j, &piece);
+    const uint32_t facet = psurf__piece_facet(t, face, size, piece);
+    return t->corners + psurf__facet_corner(t, psurf__facet_kind(t, facet), facet) + corner;
 }
 
 PSURF_API psurf_result psurf_topology_create(const psurf_mesh_desc *desc, psurf_topology **topology,
@@ -2356,11 +2735,13 @@ PSURF_API void psurf_topology_tables(const psurf_topology *topology, psurf_table
     tables->spokes = psurf__table(t->spokes, t->info.spokes, sizeof(psurf_spoke));
     tables->corners = psurf__table(t->corners, t->corner_count, sizeof(psurf_corner));
     tables->facets = psurf__table(t->facets, t->info.facets, sizeof(psurf_facet));
-    tables->edges = psurf__table(t->edges, t->info.edge_sides, sizeof(psurf_edge));
+    tables->edges = psurf__table(t->edges, t->info.edge_sides + t->info.inner_edges,
+                                 sizeof(psurf_edge));
     tables->trig = psurf__table(t->trig, t->trig_count, sizeof(psurf_trig));
     tables->blends = psurf__table(t->blends, t->info.spokes, sizeof(psurf_real));
     tables->face_facet = psurf__table(t->face_facet, t->info.faces, sizeof(uint32_t));
     tables->centres = psurf__table(t->centres, t->info.centres, sizeof(uint32_t));
+    tables->ring_normals = psurf__table(t->ring_normals, t->info.rings, sizeof(uint32_t));
     for (k = 0; k <= PSURF_KIND_COUNT; k++) {
         tables->kind_first[k] = t->kind_first[k];
         tables->kind_first_corner[k] = t->kind_first_corner[k];
@@ -2413,10 +2794,23 @@ static psurf_real *psurf__limit(const psurf_patches *p, uint32_t ring)
     return psurf__scratch(p, p->layout.limit_offset, 3 * (size_t)ring);
 }
 
+static psurf_real *psurf__vertex_normal(const psurf_patches *p, uint32_t ring)
+{
+    return psurf__scratch(p, p->layout.normal_offset, 3 * (size_t)ring);
+}
+
 static psurf_real *psurf__tangent(const psurf_patches *p, uint32_t spoke)
 {
     return psurf__scratch(p, p->layout.spoke_offset, 6 * (size_t)spoke);
 }
+
+/* What a construction desc says to the schemes. */
+typedef struct psurf__options {
+    psurf_real sigma;
+    psurf_variant variant;
+    psurf_shading shading;
+    uint32_t flags;
+} psurf__options;
 
 /* The control mesh of a frame. */
 typedef struct psurf__control {
@@ -2425,6 +2819,10 @@ typedef struct psurf__control {
     const psurf_real *centres;                          /* of split faces: ids from vertices on */
     uint32_t vertices;
     const psurf_real *blends;                           /* per spoke, or NULL */
+    const psurf_real *normals;                          /* given ones, or NULL */
+    size_t normal_stride;                               /* in reals */
+    psurf_normal_mode normal_mode;
+    psurf__options options;
 } psurf__control;
 
 static psurf__control psurf__control_of(const psurf_patches *p, const psurf_construct_desc *desc)
@@ -2435,6 +2833,13 @@ static psurf__control psurf__control_of(const psurf_patches *p, const psurf_cons
     control.centres = p->scratch ? psurf__centre(p, 0) : NULL;
     control.vertices = p->topology->info.vertices;
     control.blends = desc->blends ? desc->blends : p->topology->blends;
+    control.normals = desc->normals;
+    control.normal_stride = desc->normal_stride ? desc->normal_stride / sizeof(psurf_real) : 3;
+    control.normal_mode = desc->normal_mode;
+    control.options.sigma = desc->flags & PSURF_SIGMA ? desc->sigma : PSURF__R(0.5);
+    control.options.variant = desc->variant;
+    control.options.shading = desc->shading;
+    control.options.flags = desc->flags;
     return control;
 }
 
@@ -2541,36 +2946,52 @@ static PSURF__INLINE psurf__v4 psurf__ring_face_point(const psurf__control *cont
     return psurf__face_offset(edge->end, next->end, across);
 }
 
-/* A closed ring: face points, limit point, tangents T1 and T2, tangent points. Sums run over
-   offsets from p, so that they keep their digits far from the origin. */
-static void psurf__closed_ring(const psurf_patches *patches, const psurf__control *control,
-                               const psurf_ring *ring, psurf_real *limit)
+/* Limit point, and tangents T1 and T2 there. */
+typedef struct psurf__ring_frame { psurf__v4 v, t1, t2; } psurf__ring_frame;
+
+/* The frame of a closed ring, and its face points to out unless that is NULL. Sums run over offsets
+   from p, so that they keep their digits far from the origin. */
+static PSURF__INLINE psurf__ring_frame psurf__closed_frame(const psurf_topology *t,
+                                                      const psurf__control *control,
+                                                      const psurf_ring *ring, psurf_real *out)
 {
-    const psurf_topology *t = patches->topology;
     const psurf_trig *rows = t->trig + ring->trig;
     const uint32_t n = psurf__valence(ring), first = ring->first_spoke;
     const psurf__v4 zero = psurf__zero4(), p = psurf__get4(psurf__point_at(control, ring->point));
     const psurf__ring_edge first_edge = psurf__read_edge(t, control, ring, p, first);
-    psurf_real *out = psurf__tangent(patches, first);
-    psurf__v4 sum = zero, t1 = zero, t2 = zero, f, v;
+    psurf__v4 sum = zero, f;
     psurf__ring_edge edge = first_edge, next;
+    psurf__ring_frame frame;
     uint32_t j;
+    frame.t1 = frame.t2 = zero;
     for (j = 0; j < n; j++, edge = next) {
         const psurf_trig here = rows[1 + j], there = rows[j + 1 == n ? 1 : 2 + j];
         next = j + 1 == n ? first_edge : psurf__read_edge(t, control, ring, p, first + j + 1);
         f = psurf__ring_face_point(control, &t->spokes[first + j], p, &edge, &next);
         sum = psurf__add4(sum, f);
-        t1 = psurf__mad4(t1, here.c + there.c, f);      /* sum of c_j e_j, by parts */
-        t2 = psurf__mad4(t2, here.s + there.s, f);
-        psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
+        frame.t1 = psurf__mad4(frame.t1, here.c + there.c, f);  /* sum of c_j e_j, by parts */
+        frame.t2 = psurf__mad4(frame.t2, here.s + there.s, f);
+        if (out) psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
     }
-    v = psurf__mad4(p, rows[0].c, sum);                 /* eq. 13 */
-    t1 = psurf__mul4(t1, rows[0].s);                    /* eq. 15 */
-    t2 = psurf__mul4(t2, rows[0].s);
-    psurf__put4(limit, v);
-    for (j = 0; j < n; j++)                             /* eq. 16 */
+    frame.v = psurf__mad4(p, rows[0].c, sum);           /* eq. 13 */
+    frame.t1 = psurf__mul4(frame.t1, rows[0].s);        /* eq. 15 */
+    frame.t2 = psurf__mul4(frame.t2, rows[0].s);
+    return frame;
+}
+
+/* A closed ring: face points, limit point, tangent points. */
+static void psurf__closed_ring(const psurf_patches *patches, const psurf__control *control,
+                               const psurf_ring *ring, psurf_real *limit)
+{
+    const psurf_trig *rows = patches->topology->trig + ring->trig;
+    psurf_real *out = psurf__tangent(patches, ring->first_spoke);
+    const psurf__ring_frame frame = psurf__closed_frame(patches->topology, control, ring, out);
+    uint32_t j;
+    psurf__put4(limit, frame.v);
+    for (j = 0; j < psurf__valence(ring); j++)          /* eq. 16 */
         psurf__put4(out + 6 * (size_t)j,
-                    psurf__add4(v, psurf__mix4(rows[1 + j].c, t1, rows[1 + j].s, t2)));
+                    psurf__add4(frame.v, psurf__mix4(rows[1 + j].c, frame.t1,
+                                                     rows[1 + j].s, frame.t2)));
 }
 
 /* The same where four facets meet and all blend ratios are 2/3: all cosines and sines are 0, 1 or
@@ -2650,36 +3071,110 @@ static void psurf__sharp_ends(const psurf_topology *t, const psurf__control *con
     }
 }
 
-/* An open ring: a boundary, or one side of hard edges (ours; the cut's own row enters no interior
-   edge, so eq. 7 holds at all of them). */
-static void psurf__open_ring(const psurf_patches *patches, const psurf__control *control,
-                             const psurf_ring *ring, psurf_real *limit)
+/* The frame of an open ring: a boundary, or one side of hard edges (ours; the cut's own row enters
+   no interior edge, so eq. 7 holds at all of them). d: as psurf__sharp_ends; its face points to out
+   unless that is NULL. */
+static PSURF__INLINE psurf__ring_frame psurf__open_frame(const psurf_topology *t,
+                                                    const psurf__control *control,
+                                                    const psurf_ring *ring, psurf__v4 d[2],
+                                                    psurf_real *out)
 {
-    const psurf_topology *t = patches->topology;
     const psurf_trig *rows = t->trig + ring->trig;
     const uint32_t k = psurf__valence(ring) - 1, first = ring->first_spoke;
     const psurf__v4 p = psurf__get4(psurf__point_at(control, ring->point));
-    psurf_real *out = psurf__tangent(patches, first);
-    psurf__v4 v, d[2], offset, e, f, before = psurf__zero4(), t2 = before;
+    psurf__v4 offset, e, f, before = psurf__zero4(), t2 = before;
     psurf__ring_edge edge = psurf__read_edge(t, control, ring, p, first), next;
+    psurf__ring_frame frame;
     uint32_t j;
-    psurf__sharp_ends(t, control, ring, p, &v, d);
-    offset = psurf__sub4(v, p);
+    psurf__sharp_ends(t, control, ring, p, &frame.v, d);
+    offset = psurf__sub4(frame.v, p);
     for (j = 0; j < k; j++, before = f, edge = next) {
         next = psurf__read_edge(t, control, ring, p, first + j + 1);
         f = psurf__ring_face_point(control, &t->spokes[first + j], p, &edge, &next);
         e = psurf__sub4(psurf__mul4(psurf__add4(before, f), PSURF__R(0.5)), offset);
         if (j > 0) t2 = psurf__mad4(t2, 4 * rows[0].s * rows[1 + j].s, e);
-        psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
+        if (out) psurf__put4(out + 6 * (size_t)j + 3, psurf__add4(p, f));
     }
-    if (ring->valence & PSURF_RING_CORNER) t2 = d[1];
-    psurf__put4(limit, v);
-    psurf__put4(out, psurf__add4(v, d[0]));
-    psurf__put4(out + 6 * (size_t)k, psurf__add4(v, d[1]));
-    psurf__put4(out + 6 * (size_t)k + 3, v);            /* never used, yet defined */
+    frame.t1 = d[0];
+    frame.t2 = ring->valence & PSURF_RING_CORNER ? d[1] : t2;
+    return frame;
+}
+
+/* An open ring: face points, limit point, tangent points. */
+static void psurf__open_ring(const psurf_patches *patches, const psurf__control *control,
+                             const psurf_ring *ring, psurf_real *limit)
+{
+    const psurf_trig *rows = patches->topology->trig + ring->trig;
+    const uint32_t k = psurf__valence(ring) - 1;
+    psurf_real *out = psurf__tangent(patches, ring->first_spoke);
+    psurf__v4 d[2];
+    const psurf__ring_frame frame = psurf__open_frame(patches->topology, control, ring, d, out);
+    uint32_t j;
+    psurf__put4(limit, frame.v);
+    psurf__put4(out, psurf__add4(frame.v, d[0]));
+    psurf__put4(out + 6 * (size_t)k, psurf__add4(frame.v, d[1]));
+    psurf__put4(out + 6 * (size_t)k + 3, frame.v);      /* never used, yet defined */
     for (j = 1; j < k; j++)
         psurf__put4(out + 6 * (size_t)j,
-                    psurf__add4(v, psurf__mix4(rows[1 + j].c, d[0], rows[1 + j].s, t2)));
+                    psurf__add4(frame.v, psurf__mix4(rows[1 + j].c, frame.t1,
+                                                     rows[1 + j].s, frame.t2)));
+}
+
+/* ---- points and normals, for the schemes that know no more of a vertex ---- */
+
+/* Normals of the facets of a ring, added up: unit ones, or, by area, twice the area long. A quad's
+   is that of its diagonals. */
+static psurf__v3 psurf__facet_normals(const psurf_topology *t, const psurf__control *control,
+                                      const psurf_ring *ring, int by_area)
+{
+    const uint32_t facets = psurf__ring_facets(ring), n = psurf__valence(ring);
+    const psurf_spoke *spokes = t->spokes + ring->first_spoke;
+    const psurf__v3 p = psurf__position(control, ring->point);
+    psurf__v3 sum = psurf__zero();
+    uint32_t j;
+    for (j = 0; j < facets; j++) {
+        const uint32_t next = spokes[j + 1 == n ? 0 : j + 1].end;
+        const psurf__v3 e = psurf__sub(psurf__position(control, spokes[j].end), p);
+        const psurf__v3 f = psurf__sub(psurf__position(control, next), p);
+        psurf__v3 normal = psurf__cross(e, f);
+        if (spokes[j].after != next)
+            normal = psurf__cross(psurf__sub(psurf__position(control, spokes[j].after), p),
+                                  psurf__sub(f, e));
+        sum = psurf__add(sum, by_area ? normal : psurf__unit(normal));
+    }
+    return sum;
+}
+
+static psurf__v3 psurf__from4(psurf__v4 a)
+{
+    psurf_real p[3];
+    psurf__put4(p, a);
+    return psurf__get(p);
+}
+
+/* Point and normal of a ring: given, averaged, or pm's ([PN] 1: feed limit data). */
+static void psurf__point_normal_pass(const psurf_patches *patches, const psurf__control *control,
+                                     uint32_t index)
+{
+    const psurf_topology *t = patches->topology;
+    const psurf_ring *ring = &t->rings[index];
+    psurf__v3 p = psurf__position(control, ring->point), n = psurf__zero();
+    if (control->normals) {
+        const size_t which = t->ring_normals ? t->ring_normals[index] : ring->point;
+        n = psurf__unit(psurf__get(control->normals + which * control->normal_stride));
+    } else if (control->normal_mode == PSURF_NORMALS_LIMIT) {
+        psurf__v4 d[2];
+        const psurf__ring_frame frame = ring->valence & PSURF_RING_OPEN
+                                       ? psurf__open_frame(t, control, ring, d, NULL)
+                                       : psurf__closed_frame(t, control, ring, NULL);
+        p = psurf__from4(frame.v);
+        n = psurf__unit_cross(psurf__from4(frame.t1), psurf__from4(frame.t2));
+    }
+    if (!control->normals && psurf__dot(n, n) <= 0)
+        n = psurf__unit(psurf__facet_normals(t, control, ring,
+                                             control->normal_mode == PSURF_NORMALS_AREA));
+    psurf__put(psurf__limit(patches, index), p);
+    psurf__put(psurf__vertex_normal(patches, index), n);
 }
 
 static void psurf__vertex_pass(const psurf_patches *patches, const psurf__control *control,
@@ -2687,7 +3182,9 @@ static void psurf__vertex_pass(const psurf_patches *patches, const psurf__contro
 {
     const psurf_ring *ring = &patches->topology->rings[index];
     psurf_real *limit = psurf__limit(patches, index);
-    if (ring->valence & PSURF_RING_OPEN) psurf__open_ring(patches, control, ring, limit);
+    if (patches->topology->split != PSURF_SPLIT_PM)
+        psurf__point_normal_pass(patches, control, index);
+    else if (ring->valence & PSURF_RING_OPEN) psurf__open_ring(patches, control, ring, limit);
     else if (psurf__valence(ring) == 4 && !control->blends)
         psurf__regular_ring(patches, control, ring, limit);
     else psurf__closed_ring(patches, control, ring, limit);
@@ -2983,7 +3480,7 @@ static PSURF__INLINE void psurf__pm_sectors(const psurf__vertex_data *data, uint
 /* The corner that a facet's parameters start from: A of a polar facet, else 0. */
 static uint32_t psurf__turn(const psurf_topology *t, uint32_t facet)
 {
-    return t->facets[facet].piece >> 16 & 3;
+    return t->split == PSURF_SPLIT_PM ? t->facets[facet].piece >> 16 & 3 : 0;
 }
 
 /* Facets first to end-1, all of one kind, into consecutive patches. In each case the number of
@@ -3024,58 +3521,697 @@ typedef struct psurf__local {
     psurf__local_edge edge[4];
 } psurf__local;
 
-/* What a construction desc says to the schemes. */
-typedef struct psurf__options {
-    psurf_real sigma;
-    psurf_variant variant;
-    psurf_shading shading;
-    uint32_t flags;
-} psurf__options;
-
 /* From a facet to the points of its patch, in the order that psurf_kind tells. */
 typedef void psurf__local_rule(const psurf__local *l, const psurf__options *options,
                                psurf_real *out);
 
+/* ---- point-normal schemes: boundary curves ---- */
+
+/* A square that is smaller than this part of another is rounding: sines and ratios below 1e-5, in
+   double 1e-12. */
+#define PSURF__SLIGHT (sizeof(psurf_real) == 4 ? PSURF__R(1e-10) : PSURF__R(1e-24))
+
+/* d without its part along n. */
+static psurf__v3 psurf__tangential(psurf__v3 d, psurf__v3 n)
+{
+    return psurf__mad(d, -psurf__dot(d, n), n);
+}
+
+/* How an inner point of a boundary curve follows from the normals at its ends. Each rule's number
+   is the mu that goes with it on hard edges. */
+typedef enum psurf__curve_rule {
+    PSURF__BY_PROJECTION,               /* [PN] (1), [N] 1.1.5 */
+    PSURF__BY_LENGTH,                   /* [GB] 2.2: a third of the chord long */
+    PSURF__BY_WM                        /* [GB] 2.3: Walton and Meek's */
+} psurf__curve_rule;
+
+/* The boundary curve of an edge, p0 p0+h0 p1+h1 p1. Both facets compute it, from the same values but
+   with its ends swapped, and must get the same bits: so one function makes either handle, to which
+   the edge runs from the near end to the far one, and which is even in what changes sign where the
+   normals of the two sides are swapped. */
+typedef struct psurf__curve {
+    psurf__v3 chord, handle[2];
+    psurf__v3 normal[2];                /* that both sides have, or their mean; hard ends: unused */
+    int hard;
+} psurf__curve;
+
+/* From an end of a smooth edge to its inner point; d leads to the far end. */
+static psurf__v3 psurf__smooth_handle(psurf__curve_rule rule, psurf__v3 d, psurf__v3 near_normal,
+                                      psurf__v3 far_normal)
+{
+    const psurf__v3 t = psurf__tangential(d, near_normal);
+    const psurf_real third = PSURF__R(1.0 / 3.0);
+    psurf_real a, a0, a1, scale;
+    if (rule == PSURF__BY_PROJECTION) return psurf__mul(t, third);
+    if (rule == PSURF__BY_LENGTH) {
+        if (!(psurf__dot(t, t) > PSURF__SLIGHT * psurf__dot(d, d))) return psurf__zero();
+        return psurf__mul(psurf__unit(t), third * psurf__dot(d, psurf__unit(d)));
+    }
+    a = psurf__dot(near_normal, far_normal);
+    a0 = psurf__dot(d, near_normal);
+    a1 = psurf__dot(d, far_normal);
+    scale = 1 / (4 - a * a);                                              /* in 1/4 .. 1/3 */
+    d = psurf__mad(d, -2 * scale * (2 * a0 + a * a1), near_normal);
+    return psurf__mul(psurf__mad(d, scale * (2 * a1 + a * a0), far_normal), third);
+}
+
+/* The same where the tangent of the curve must lie on the line e, whose length and sign do not
+   matter. It is a third of the chord long, at most 1.061 times that, and with mu = 2 on a circular
+   arc exactly what Walton and Meek's rule gives. */
+static psurf__v3 psurf__line_handle(psurf__curve_rule rule, psurf__v3 d, psurf__v3 e)
+{
+    const psurf_real mu = (psurf_real)rule;
+    const psurf__v3 u = psurf__unit(e);
+    const psurf_real k = psurf__dot(psurf__unit(d), u);
+    return psurf__mul(u, (1 + mu) * psurf__dot(d, u) / (3 * (1 + mu * k * k)));
+}
+
+/* The line of the tangent at an end whose two sides have the normals m and n: it lies in both
+   tangent planes. (m-n) x (m+n) = 2 m x n, which near m = n keeps the digits that m x n would lose,
+   and exactly changes its sign where m and n are swapped. 1 degree apart, the end is hard. */
+static psurf__v3 psurf__end_line(psurf__v3 d, psurf__v3 m, psurf__v3 n, int *hard)
+{
+    const psurf__v3 difference = psurf__sub(m, n), sum = psurf__add(m, n);
+    const psurf__v3 e = psurf__cross(difference, sum);
+    const int apart = psurf__dot(e, e) >= PSURF__R(4 * 3.05e-4), ahead = psurf__dot(m, n) > 0;
+    if (apart || !ahead) *hard = 1;
+    if (apart) return e;
+    return psurf__tangential(d, psurf__unit(ahead ? sum : difference));
+}
+
+static int psurf__is_same(psurf__v3 a, psurf__v3 b)
+{
+    return a.x >= b.x && a.x <= b.x && a.y >= b.y && a.y <= b.y && a.z >= b.z && a.z <= b.z;
+}
+
+static psurf__v3 psurf__common_normal(psurf__v3 m, psurf__v3 n)
+{
+    return psurf__is_same(m, n) ? m : psurf__unit(psurf__add(m, n));
+}
+
+/* The curve of edge e, from corner e to corner f. */
+static psurf__curve psurf__make_curve(const psurf__local *l, uint32_t e, uint32_t f,
+                                      psurf__curve_rule rule)
+{
+    const psurf__local_edge *edge = &l->edge[e];
+    const psurf__v3 back = psurf__sub(l->p[e], l->p[f]);
+    psurf__curve c;
+    c.chord = psurf__sub(l->p[f], l->p[e]);
+    c.normal[0] = psurf__common_normal(l->n[e], edge->begin);
+    c.normal[1] = psurf__common_normal(l->n[f], edge->end);
+    c.hard = 0;
+    if (psurf__is_same(l->n[e], edge->begin) && psurf__is_same(l->n[f], edge->end)) {
+        c.handle[0] = psurf__smooth_handle(rule, c.chord, c.normal[0], c.normal[1]);
+        c.handle[1] = psurf__smooth_handle(rule, back, c.normal[1], c.normal[0]);
+        return c;
+    }
+    c.handle[0] = psurf__line_handle(rule, c.chord,
+                                     psurf__end_line(c.chord, l->n[e], edge->begin, &c.hard));
+    c.handle[1] = psurf__line_handle(rule, back,
+                                     psurf__end_line(back, l->n[f], edge->end, &c.hard));
+    return c;
+}
+
+/* Points beside the corners of a triangle, each told by its corner and whether it lies on the way to
+   the next corner, 0, or to the previous one, 1; in the order b210 b120 b201 b021 b102 b012. */
+static const unsigned char psurf__key[3][2] = {{0, 2}, {3, 1}, {4, 5}};
+static const unsigned char psurf__key_corner[6] = {0, 1, 0, 1, 2, 2};
+static const unsigned char psurf__key_way[6] = {0, 1, 1, 0, 0, 1};
+
+/* The three curves of a triangle, and their handles once more, by key. */
+typedef struct psurf__frame {
+    psurf__curve curve[3];
+    psurf__v3 handle[6];
+} psurf__frame;
+
+static void psurf__make_frame(const psurf__local *l, psurf__curve_rule rule, psurf__frame *frame)
+{
+    uint32_t e, f;
+    for (e = 0; e < 3; e++) {
+        f = (e + 1) % 3;
+        frame->curve[e] = psurf__make_curve(l, e, f, rule);
+        frame->handle[psurf__key[e][0]] = frame->curve[e].handle[0];
+        frame->handle[psurf__key[f][1]] = frame->curve[e].handle[1];
+    }
+}
+
+/* b111 as the mean of the edge points, drawn away from the mean of the corners: [PN] (3). sigma =
+   1/2 keeps quadratics. */
+static psurf__v3 psurf__centre_point(const psurf__local *l, const psurf__v3 *handle,
+                                     psurf_real sigma)
+{
+    const psurf__v3 corners = psurf__add(psurf__add(l->p[0], l->p[1]), l->p[2]);
+    psurf__v3 sum = handle[0];
+    uint32_t k;
+    for (k = 1; k < 6; k++) sum = psurf__add(sum, handle[k]);
+    return psurf__mix(PSURF__R(1.0 / 3.0), corners, (1 + sigma) * PSURF__R(1.0 / 6.0), sum);
+}
+
+/* The boundary to its places in a patch: those of the corners, then those of the keys. */
+static void psurf__put_boundary(const psurf__local *l, const psurf__v3 *handle,
+                                const unsigned char *place, psurf_real *out)
+{
+    uint32_t k;
+    for (k = 0; k < 3; k++) psurf__put(out + 3 * place[k], l->p[k]);
+    for (k = 0; k < 6; k++)
+        psurf__put(out + 3 * place[3 + k], psurf__add(l->p[psurf__key_corner[k]], handle[k]));
+}
+
+static void psurf__put_nine(const psurf__local *l, const psurf__v3 *handle, psurf_real *out)
+{
+    static const unsigned char place[9] = {0, 3, 8, 1, 2, 4, 5, 6, 7};
+    psurf__put_boundary(l, handle, place, out);
+}
+
+/* The end of a patch: normals of its corners, and how its edges went. */
+static void psurf__put_end(const psurf__local *l, uint32_t e, int how, psurf_real *out)
+{
+    psurf__put(out + 3 * e, l->n[e]);
+    out[9 + e] = PSURF__R(how);
+}
+
+/* ---- pn: [PN] ---- */
+
+/* The normal in the middle of an edge: the sum of those at its ends, reflected in the plane across
+   the edge: [PN] (2), whose factor 2 makes it a reflection. Opposite normals have no mean: other. */
+static psurf__v3 psurf__middle_normal(psurf__v3 d, psurf__v3 m, psurf__v3 n, psurf__v3 other)
+{
+    const psurf__v3 sum = psurf__add(m, n), along = psurf__unit(d);
+    if (!(psurf__dot(sum, sum) > PSURF__SLIGHT)) return other;
+    return psurf__unit(psurf__mad(sum, -2 * psurf__dot(along, sum), along));
+}
+
+/* The ten points of a PN triangle. */
+static void psurf__put_pn(const psurf__local *l, const psurf__v3 *handle, psurf_real sigma,
+                          psurf_real *out)
+{
+    static const unsigned char place[9] = {0, 3, 9, 1, 2, 4, 6, 7, 8};
+    psurf__put_boundary(l, handle, place, out);
+    psurf__put(out + 3 * 5, psurf__centre_point(l, handle, sigma));
+}
+
+/* Six normals of a quadratic patch. linear: as if it were of degree 1. */
+static void psurf__put_normals(const psurf__local *l, const psurf__curve *curve, int linear,
+                               psurf_real *out)
+{
+    static const unsigned char corner[3] = {0, 2, 5}, middle[3] = {1, 4, 3};
+    uint32_t e;
+    for (e = 0; e < 3; e++) {
+        const psurf__v3 m = l->n[e], n = l->n[(e + 1) % 3];
+        psurf__put(out + 3 * corner[e], m);
+        psurf__put(out + 3 * middle[e],
+                   linear ? psurf__mul(psurf__add(m, n), PSURF__R(0.5))
+                          : psurf__middle_normal(curve[e].chord, m, n, l->normal));
+    }
+}
+
 static void psurf__pn_triangle(const psurf__local *l, const psurf__options *options,
                                psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    psurf__frame frame;
+    psurf__make_frame(l, PSURF__BY_PROJECTION, &frame);
+    psurf__put_pn(l, frame.handle, options->sigma, out);
+    psurf__put_normals(l, frame.curve, 0, out + 3 * 10);
+}
+
+/* The inner point of a quad beside corner i; the handles lead from a corner to the next, 0, and to
+   the previous one, 1. [PN] (4): a mean E of edge points, drawn away from a mean V of the corners by
+   1 + sigma. Both have the same mean of corners in them, so (1+s) E - s V is that mean and (1+s)
+   times the handles in E. The discrete Coons rule is of the same form. */
+static psurf__v3 psurf__quad_inner(const psurf__local *l, psurf__v3 handle[4][2], uint32_t i,
+                                   const psurf__options *options)
+{
+    const uint32_t next = (i + 1) & 3, far_corner = (i + 2) & 3, previous = (i + 3) & 3;
+    const psurf__v3 beside = psurf__add(l->p[next], l->p[previous]);
+    const psurf__v3 own = psurf__add(handle[i][0], handle[i][1]);
+    const psurf__v3 across = psurf__add(handle[far_corner][0], handle[far_corner][1]);
+    const psurf_real ninth = PSURF__R(1.0 / 9.0);
+    const psurf__v3 back = psurf__add(handle[next][0], handle[previous][1]);
+    const psurf__v3 ahead = psurf__add(handle[next][1], handle[previous][0]);
+    psurf__v3 corners, edges;
+    if (options->flags & PSURF_COONS) {
+        corners = psurf__sub(psurf__mad(beside, 8, l->p[i]), l->p[far_corner]);
+        edges = psurf__mix(6, own, 3, back);
+        return psurf__mul(psurf__add(corners, edges), ninth);
+    }
+    corners = psurf__add(psurf__mix(4, l->p[i], 2, beside), l->p[far_corner]);
+    edges = psurf__add(psurf__mix(4, own, 2, psurf__add(back, ahead)), across);
+    return psurf__mix(ninth, corners, (1 + options->sigma) * PSURF__R(1.0 / 18.0), edges);
+}
+
+/* Nine normals of a biquadratic patch: [PN] (5). */
+static void psurf__put_quad_normals(const psurf__local *l, const psurf__curve *curve,
+                                    psurf_real *out)
+{
+    static const unsigned char corner[4] = {0, 2, 8, 6}, middle[4] = {1, 5, 7, 3};
+    psurf__v3 sum = psurf__zero();
+    uint32_t i;
+    for (i = 0; i < 4; i++) {
+        const psurf__v3 n = psurf__middle_normal(curve[i].chord, l->n[i], l->n[(i + 1) & 3],
+                                                 l->normal);
+        psurf__put(out + 3 * corner[i], l->n[i]);
+        psurf__put(out + 3 * middle[i], n);
+        sum = psurf__add(sum, psurf__mad(l->n[i], 2, n));
+    }
+    psurf__put(out + 3 * 4, psurf__mul(sum, PSURF__R(1.0 / 12.0)));
 }
 
 static void psurf__pn_quad(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    static const unsigned char corner[4] = {0, 3, 15, 12}, inner[4] = {5, 6, 10, 9};
+    static const unsigned char edge[4][2] = {{1, 4}, {7, 2}, {14, 11}, {8, 13}};
+    psurf__v3 handle[4][2];
+    psurf__curve curve[4];
+    uint32_t i, k;
+    for (i = 0; i < 4; i++) {
+        curve[i] = psurf__make_curve(l, i, (i + 1) & 3, PSURF__BY_PROJECTION);
+        handle[i][0] = curve[i].handle[0];
+        handle[(i + 1) & 3][1] = curve[i].handle[1];
+    }
+    for (i = 0; i < 4; i++) {
+        psurf__put(out + 3 * corner[i], l->p[i]);
+        for (k = 0; k < 2; k++)
+            psurf__put(out + 3 * edge[i][k], psurf__add(l->p[i], handle[i][k]));
+        psurf__put(out + 3 * inner[i], psurf__quad_inner(l, handle, i, options));
+    }
+    psurf__put_quad_normals(l, curve, out + 3 * 16);
+}
+
+/* ---- smoothed_n: [N] ---- */
+
+/* How flat an edge is, 1: no need to smooth it. [N] takes the absolute value, so that it counts
+   sharp folds as flat. */
+static psurf_real psurf__flatness(const psurf__local *l, uint32_t e, int hard,
+                                  const psurf__options *options)
+{
+    psurf_real dot = psurf__dot(l->normal, l->edge[e].normal);
+    if (options->variant != PSURF_N_FINAL) return 0;
+    if (l->edge[e].border || hard) return 1;
+    if (dot < 0) dot = options->flags & PSURF_FOLDS ? PSURF__R(0) : -dot;
+    if ((options->flags & PSURF_NEARLY_FLAT) && dot > PSURF__R(0.98)) return 1;
+    return dot < 1 ? dot : PSURF__R(1);
 }
 
 static void psurf__smoothed_n(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    const int final = options->variant == PSURF_N_FINAL, g1 = options->variant == PSURF_N_G1;
+    psurf__frame frame;
+    uint32_t e;
+    psurf__make_frame(l, PSURF__BY_PROJECTION, &frame);
+    psurf__put_pn(l, frame.handle, options->sigma, out);
+    psurf__put_normals(l, frame.curve, options->shading != PSURF_SHADE_QUADRATIC, out + 3 * 10);
+    out += 3 * 16;
+    for (e = 0; e < 3; e++) {
+        out[e] = psurf__flatness(l, e, frame.curve[e].hard, options);
+        out[3 + e] = PSURF__R(g1 && !frame.curve[e].hard);
+    }
+    out[6] = PSURF__R(final);
+    out[7] = PSURF__R(final);
+    out[8] = PSURF__R(options->shading == PSURF_SHADE_EXACT);
+}
+
+/* ---- hybrid: [GB] 2.1 ---- */
+
+/* What the construction over an edge sees: the edge from a to b, c opposite, and the corner of the
+   triangle across; everything else from a. */
+typedef struct psurf__hinge {
+    psurf__v3 b, c, across;
+    psurf__v3 normal[4];                /* at a, b, c, and across */
+    psurf__v3 m;                        /* the direction that points are lifted in */
+} psurf__hinge;
+
+/* Whether a direction is fit to lift along: no tangent plane stands too steep. */
+static int psurf__can_lift(const psurf__hinge *h, uint32_t normals)
+{
+    uint32_t i;
+    for (i = 0; i < normals; i++)
+        if (!(psurf__abs(psurf__dot(h->normal[i], h->m)) >= PSURF__R(0.1))) return 0;
+    return 1;
+}
+
+/* Finds the direction of a smooth edge, and whether the formula holds: with the two triangles, seen
+   along m, on different sides of the edge and neither of them too thin. Both facets must decide
+   alike: they look at the edge the same way round. */
+static int psurf__open_hinge(const psurf__local *l, uint32_t e, uint32_t flags, psurf__hinge *h)
+{
+    const psurf__v3 a = l->p[e], b = l->p[(e + 1) % 3], c = l->p[(e + 2) % 3], d = l->edge[e].apex;
+    const int turned = l->edge[e].turned;
+    const psurf__v3 from = turned ? b : a, side = psurf__sub(turned ? a : b, from);
+    const psurf__v3 left = psurf__cross(side, psurf__sub(turned ? d : c, from));
+    const psurf__v3 right = psurf__cross(psurf__sub(turned ? c : d, from), side);
+    psurf_real k0, k1, least, most;
+    if (flags & PSURF_PLANE_NORMALS)
+        h->m = psurf__unit(psurf__tangential(psurf__add(h->normal[0], h->normal[1]),
+                                             psurf__unit(side)));
+    else
+        h->m = psurf__unit(psurf__add(psurf__unit(left), psurf__unit(right)));
+    k0 = psurf__dot(left, h->m);
+    k1 = psurf__dot(right, h->m);
+    if (!((k0 > 0 && k1 > 0) || (k0 < 0 && k1 < 0))) return 0;
+    k0 = psurf__abs(k0);
+    k1 = psurf__abs(k1);
+    least = k0 < k1 ? k0 : k1;
+    most = k0 < k1 ? k1 : k0;
+    return least > PSURF__R(1e-4) * most && least > PSURF__R(1e-4) * psurf__dot(side, side) &&
+           psurf__can_lift(h, 4);
+}
+
+/* From a point to a third of the way d, moved along m into the tangent plane. */
+static psurf__v3 psurf__lift(psurf__v3 d, psurf__v3 n, psurf__v3 m)
+{
+    return psurf__mul(psurf__mad(d, -(psurf__dot(n, d) / psurf__dot(n, m)), m), PSURF__R(1.0 / 3.0));
+}
+
+/* All six handles by lifting, in the order ab ba ac bc ca cb: that of the keys. */
+static void psurf__lift_all(const psurf__hinge *h, psurf__v3 *handle)
+{
+    const psurf__v3 zero = psurf__zero(), *n = h->normal;
+    handle[0] = psurf__lift(h->b, n[0], h->m);
+    handle[1] = psurf__lift(psurf__sub(zero, h->b), n[1], h->m);
+    handle[2] = psurf__lift(h->c, n[0], h->m);
+    handle[3] = psurf__lift(psurf__sub(h->c, h->b), n[1], h->m);
+    handle[4] = psurf__lift(psurf__sub(zero, h->c), n[2], h->m);
+    handle[5] = psurf__lift(psurf__sub(h->b, h->c), n[2], h->m);
+}
+
+/* The height of b111 over a along m, from the two conditions for C2 across the edge, added: it has
+   cubic precision. r, s, t: where the far corner lies on the plane orthogonal to m. */
+static psurf_real psurf__hybrid_height(const psurf__hinge *h, const psurf__v3 *handle)
+{
+    const psurf__v3 m = h->m, to_a = psurf__sub(psurf__zero(), h->across);
+    const psurf_real k = psurf__dot(psurf__cross(h->b, h->c), m);
+    const psurf_real s = psurf__dot(psurf__cross(h->across, h->c), m) / k;
+    const psurf_real t = psurf__dot(psurf__cross(h->b, h->across), m) / k, r = 1 - s - t;
+    const psurf_real b = psurf__dot(h->b, m), c = psurf__dot(h->c, m), d = psurf__dot(h->across, m);
+    const psurf_real b210 = psurf__dot(handle[0], m), b120 = b + psurf__dot(handle[1], m);
+    const psurf_real b201 = psurf__dot(handle[2], m), b021 = b + psurf__dot(handle[3], m);
+    const psurf_real b102 = c + psurf__dot(handle[4], m), b012 = c + psurf__dot(handle[5], m);
+    const psurf_real c102 = d + psurf__dot(psurf__lift(to_a, h->normal[3], m), m);
+    const psurf_real c012 = d + psurf__dot(psurf__lift(psurf__sub(h->b, h->across),
+                                                       h->normal[3], m), m);
+    const psurf_real own = r * r * b210 + 2 * r * s * (b210 + b120) + s * s * (b120 + b);
+    const psurf_real inside = 2 * t * (r * b201 + s * b021) + t * t * (b102 + b012);
+    return (c102 + c012 - own - inside) / (2 * t * (r + s));
+}
+
+/* The set of five points of edge e: b210 b120 b201 b021 b111. What it is blended with has to be as
+   good on an edge that has no triangle across, or another surface: there it is a PN triangle's,
+   lifted. Where lifting fails, the handles are Walton and Meek's. Returns how it went. */
+static int psurf__hybrid_set(const psurf__local *l, const psurf__frame *wm, uint32_t e,
+                             uint32_t flags, psurf__v3 *set)
+{
+    const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
+    const psurf__curve *curve = &wm->curve[e];
+    const int alone = curve->hard || l->edge[e].border;
+    const psurf__v3 a = l->p[e], b = l->p[f];
+    psurf__v3 handle[6];
+    psurf__hinge h;
+    int lifted;
+    uint32_t k;
+    h.b = psurf__sub(b, a);
+    h.c = psurf__sub(l->p[g], a);
+    h.across = psurf__sub(l->edge[e].apex, a);
+    h.normal[0] = alone ? l->n[e] : curve->normal[0];
+    h.normal[1] = alone ? l->n[f] : curve->normal[1];
+    h.normal[2] = l->n[g];
+    h.normal[3] = l->edge[e].apex_normal;
+    h.m = l->normal;
+    lifted = alone ? psurf__can_lift(&h, 3) : psurf__open_hinge(l, e, flags, &h);
+    for (k = 0; k < 6; k++)
+        handle[k] = wm->handle[psurf__key[(e + psurf__key_corner[k]) % 3][psurf__key_way[k]]];
+    if (lifted) psurf__lift_all(&h, handle);
+    if (curve->hard) {
+        handle[0] = curve->handle[0];
+        handle[1] = curve->handle[1];
+    }
+    for (k = 0; k < 4; k++) set[k] = psurf__add(k & 1 ? b : a, handle[k]);
+    set[4] = psurf__centre_point(l, handle, PSURF__R(0.5));
+    if (lifted && !alone) {
+        const psurf__v3 middle = psurf__mul(psurf__add(h.b, h.c), PSURF__R(1.0 / 3.0));
+        const psurf_real rise = psurf__hybrid_height(&h, handle) - psurf__dot(middle, h.m);
+        set[4] = psurf__mad(psurf__add(a, middle), rise, h.m);
+    }
+    if (curve->hard) return PSURF_EDGE_HARD;
+    return lifted ? PSURF_EDGE_SMOOTH : PSURF_EDGE_FALLBACK;
 }
 
 static void psurf__hybrid(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    psurf__frame wm;
+    psurf__v3 set[5];
+    uint32_t e, k;
+    psurf__make_frame(l, PSURF__BY_WM, &wm);
+    for (e = 0; e < 3; e++) {
+        psurf__put(out + 3 * e, l->p[e]);
+        psurf__put_end(l, e, psurf__hybrid_set(l, &wm, e, options->flags, set), out + 3 * 18);
+        for (k = 0; k < 5; k++) psurf__put(out + 3 * (3 + 5 * e + k), set[k]);
+    }
+}
+
+/* ---- png1, and the ribbons of Walton and Meek: what lies beside an edge ---- */
+
+/* An edge's curve as three legs, and a vector across each: what leads into the triangle at the ends
+   is measured along and across the outer legs, and carried on to the others. */
+typedef struct psurf__legs {
+    psurf__v3 leg[3], across[3];
+    psurf__v3 into[2];                  /* from start and end to the point off the edge */
+    psurf_real slight;                  /* a leg with no greater square has no length */
+    int singular;
+} psurf__legs;
+
+static psurf__legs psurf__legs_of(const psurf__frame *frame, uint32_t e)
+{
+    const psurf__curve *c = &frame->curve[e];
+    psurf__legs s;
+    s.leg[0] = c->handle[0];
+    s.leg[1] = psurf__sub(psurf__add(c->chord, c->handle[1]), c->handle[0]);
+    s.leg[2] = psurf__sub(psurf__zero(), c->handle[1]);
+    s.into[0] = frame->handle[psurf__key[e][1]];
+    s.into[1] = frame->handle[psurf__key[(e + 1) % 3][0]];
+    s.slight = PSURF__SLIGHT * psurf__dot(c->chord, c->chord);
+    s.singular = !(psurf__dot(s.leg[0], s.leg[0]) > s.slight &&
+                   psurf__dot(s.leg[2], s.leg[2]) > s.slight);
+    return s;
+}
+
+/* How often w is in v; 0 where w is nothing. */
+static psurf_real psurf__part(psurf__v3 v, psurf__v3 w, psurf_real slight)
+{
+    const psurf_real q = psurf__dot(w, w);
+    return q > slight ? psurf__dot(v, w) / q : PSURF__R(0);
+}
+
+typedef struct psurf__parts { psurf_real along, across; } psurf__parts;
+
+static psurf__v3 psurf__carried(const psurf__legs *s, psurf__parts x, uint32_t leg)
+{
+    return psurf__mix(x.along, s->leg[leg], x.across, s->across[leg]);
+}
+
+/* Edge e has no triangle to be smooth with: both its inner points are that of a PN triangle. */
+static void psurf__plain_inside(const psurf__local *l, const psurf__frame *frame, psurf__v3 *inner)
+{
+    inner[0] = inner[1] = psurf__centre_point(l, frame->handle, PSURF__R(0.5));
+}
+
+/* [GB] 2.2. Any map that is linear in a leg and what is across it makes the edge G1; the tables of
+   the paper tell that it is this similarity. alt holds handles; two of them come from this edge. */
+static int psurf__png1_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
+                            psurf__v3 *inner, psurf__v3 *alt)
+{
+    const psurf__curve *c = &frame->curve[e];
+    const psurf__v3 normals = psurf__add(l->normal, l->edge[e].normal);
+    psurf__legs s = psurf__legs_of(frame, e);
+    psurf__parts x[2];
+    psurf__v3 normal[3];
+    uint32_t k;
+    if (c->hard) {
+        psurf__plain_inside(l, frame, inner);
+        return PSURF_EDGE_HARD;
+    }
+    normal[0] = c->normal[0];
+    normal[1] = psurf__unit(psurf__tangential(normals, psurf__unit(s.leg[1])));
+    normal[2] = c->normal[1];
+    for (k = 0; k < 3; k++) s.across[k] = psurf__cross(normal[k], s.leg[k]);
+    for (k = 0; k < 2; k++) {
+        x[k].along = psurf__part(s.into[k], s.leg[2 * k], s.slight);
+        x[k].across = psurf__part(s.into[k], s.across[2 * k], s.slight);
+        inner[k] = psurf__add(psurf__add(l->p[(e + k) % 3], c->handle[k]),
+                              psurf__carried(&s, x[k], 1));
+    }
+    alt[psurf__key[e][1]] = psurf__add(c->handle[0], psurf__carried(&s, x[1], 0));
+    alt[psurf__key[(e + 1) % 3][0]] = psurf__add(c->handle[1], psurf__carried(&s, x[0], 2));
+    if (!(psurf__dot(normals, normals) > PSURF__SLIGHT)) s.singular = 1;
+    return s.singular ? PSURF_EDGE_FALLBACK : PSURF_EDGE_SMOOTH;
 }
 
 static void psurf__png1(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    psurf__frame frame;
+    psurf__v3 alt[6], inner[2];
+    uint32_t e, k;
+    (void)options;
+    psurf__make_frame(l, PSURF__BY_LENGTH, &frame);
+    for (k = 0; k < 6; k++) alt[k] = frame.handle[k];
+    psurf__put_nine(l, frame.handle, out);
+    for (e = 0; e < 3; e++) {
+        psurf__put_end(l, e, psurf__png1_edge(l, &frame, e, inner, alt), out + 3 * 21);
+        for (k = 0; k < 2; k++) psurf__put(out + 3 * (15 + 2 * e + k), inner[k]);
+    }
+    for (k = 0; k < 6; k++)
+        psurf__put(out + 3 * (9 + k), psurf__add(l->p[psurf__key_corner[k]], alt[k]));
+}
+
+/* A unit vector in the tangent plane across a leg; [GB] 2.3 (4). Across the chord, where the curve
+   starts along the normal. */
+static psurf__v3 psurf__across_leg(psurf__v3 normal, const psurf__legs *s, uint32_t k,
+                                   psurf__v3 chord)
+{
+    const int none = !(psurf__dot(s->leg[k], s->leg[k]) > s->slight);
+    return psurf__cross(normal, psurf__unit(none ? chord : s->leg[k]));
+}
+
+/* The cross derivative along an edge as a cubic between two vectors, D0 and D3, so that it stays in
+   the plane of the ribbon, which both facets share; and from it the two inner points. [GB] 2.4. */
+static int psurf__ribbon_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
+                              psurf__v3 *inner)
+{
+    const psurf__curve *c = &frame->curve[e];
+    const psurf_real half = PSURF__R(0.5);
+    psurf__legs s = psurf__legs_of(frame, e);
+    psurf__v3 d[2], r[2], middle;
+    psurf__parts x[2];
+    uint32_t k;
+    if (c->hard) {
+        psurf__plain_inside(l, frame, inner);
+        return PSURF_EDGE_HARD;
+    }
+    s.across[0] = psurf__across_leg(c->normal[0], &s, 0, c->chord);
+    s.across[2] = psurf__across_leg(c->normal[1], &s, 2, c->chord);
+    middle = psurf__add(s.across[0], s.across[2]);
+    if (!(psurf__dot(middle, middle) > PSURF__SLIGHT)) {                  /* opposite normals */
+        middle = s.across[0];
+        s.singular = 1;
+    }
+    s.across[1] = psurf__unit(middle);
+    d[0] = psurf__mad(s.into[0], -half, s.leg[0]);
+    d[1] = psurf__mad(s.into[1], half, s.leg[2]);
+    for (k = 0; k < 2; k++) {
+        x[k].along = psurf__part(d[k], s.leg[2 * k], s.slight);
+        x[k].across = psurf__part(d[k], s.across[2 * k], PSURF__SLIGHT);
+    }
+    r[0] = psurf__mad(psurf__carried(&s, x[1], 0), 2, psurf__carried(&s, x[0], 1));
+    r[1] = psurf__mad(psurf__carried(&s, x[0], 2), 2, psurf__carried(&s, x[1], 1));
+    middle = psurf__mul(psurf__add(psurf__add(l->p[e], c->handle[0]),
+                                   psurf__add(l->p[(e + 1) % 3], c->handle[1])), half);
+    for (k = 0; k < 2; k++)                                        /* (3 R - D)/2, R = r/3 */
+        inner[k] = psurf__mad(middle, half, psurf__sub(r[k], d[k]));
+    return s.singular ? PSURF_EDGE_FALLBACK : PSURF_EDGE_SMOOTH;
+}
+
+static void psurf__ribbons(const psurf__local *l, psurf__curve_rule rule, psurf_real *out)
+{
+    psurf__frame frame;
+    psurf__v3 inner[2];
+    uint32_t e, k;
+    psurf__make_frame(l, rule, &frame);
+    psurf__put_nine(l, frame.handle, out);
+    for (e = 0; e < 3; e++) {
+        psurf__put_end(l, e, psurf__ribbon_edge(l, &frame, e, inner), out + 3 * 15);
+        for (k = 0; k < 2; k++) psurf__put(out + 3 * (9 + 2 * e + k), inner[k]);
+    }
 }
 
 static void psurf__cubic_wm(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    (void)options;
+    psurf__ribbons(l, PSURF__BY_WM, out);
 }
 
 static void psurf__cubic_pn(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    (void)l, (void)options, (void)out;
+    (void)options;
+    psurf__ribbons(l, PSURF__BY_PROJECTION, out);
 }
+
+/* ---- point-normal schemes: from the tables to the rules ---- */
+
+/* The kind of patch of facets filed under a kind. */
+static psurf_kind psurf__patch_kind(const psurf_patches *p, psurf_kind kind);
+
+/* A corner: its point, its normal on this side. Returns the vertex. */
+static uint32_t psurf__read_point_normal(const psurf_patches *p, uint32_t corner, psurf__v3 *point,
+                                         psurf__v3 *normal)
+{
+    const uint32_t ring = p->topology->corners[corner].ring & ~PSURF_WRITER;
+    *point = psurf__get(psurf__limit(p, ring));
+    *normal = psurf__get(psurf__vertex_normal(p, ring));
+    return p->topology->rings[ring].point;
+}
+
+static psurf__v3 psurf__triangle_normal(psurf__v3 a, psurf__v3 b, psurf__v3 c)
+{
+    return psurf__unit(psurf__cross(psurf__sub(b, a), psurf__sub(c, a)));
+}
+
+/* What lies across edge i of a facet of size corners. The facet across runs the other way: its
+   half-edge starts where ours ends. Its normal is made as it makes it itself: same bits. */
+static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t size, uint32_t i,
+                               psurf__local *l)
+{
+    const psurf_topology *t = p->topology;
+    const uint32_t other = psurf__corner_across(t, corner), next = psurf__following(i, size);
+    psurf__local_edge *edge = &l->edge[i];
+    uint32_t place, first, sides, k;
+    psurf__v3 p3[4], n3[4];
+    edge->border = other == PSURF_NONE;
+    edge->begin = l->n[i];
+    edge->end = l->n[next];
+    edge->apex = l->p[psurf__following(next, size)];
+    edge->apex_normal = l->n[psurf__following(next, size)];
+    edge->normal = l->normal;
+    if (edge->border) return;
+    sides = psurf__kind_sides(psurf__facet_kind(t, psurf__corner_facet(t, other, &place)));
+    first = other - place;
+    for (k = 0; k < sides; k++) psurf__read_point_normal(p, first + k, &p3[k], &n3[k]);
+    edge->end = n3[place];
+    place = psurf__following(place, sides);
+    edge->begin = n3[place];
+    place = psurf__following(place, sides);
+    edge->apex = p3[place];
+    edge->apex_normal = n3[place];
+    edge->normal = psurf__triangle_normal(p3[0], p3[1], p3[2]);
+}
+
+/* A facet of size corners from first on. */
+static void psurf__read_local(const psurf_patches *p, uint32_t first, uint32_t size,
+                              psurf__local *l)
+{
+    uint32_t vertex[4], i;
+    for (i = 0; i < size; i++)
+        vertex[i] = psurf__read_point_normal(p, first + i, &l->p[i], &l->n[i]);
+    l->normal = psurf__triangle_normal(l->p[0], l->p[1], l->p[2]);
+    for (i = 0; i < size; i++) {
+        psurf__read_across(p, first + i, size, i, l);
+        l->edge[i].turned = vertex[i] > vertex[psurf__following(i, size)];
+    }
+}
+
+/* The rule for facets filed under a kind. */
+static psurf__local_rule *psurf__rule_of(const psurf_patches *p, psurf_kind kind);
 
 static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
                                 psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out)
 {
-    (void)p, (void)control, (void)kind, (void)first, (void)end, (void)out;
+    const uint32_t sides = psurf__kind_sides(kind);
+    const size_t reals = 3 * (size_t)psurf__kind_table[psurf__patch_kind(p, kind)].points;
+    psurf__local_rule *const rule = psurf__rule_of(p, kind);
+    uint32_t corner = psurf__facet_corner(p->topology, kind, first), i;
+    psurf__local local;
+    for (i = first; i < end; i++, corner += sides, out += reals) {
+        psurf__read_local(p, corner, sides, &local);
+        rule(&local, &control->options, out);
+    }
 }
 
 /* ---- the table of schemes, and the passes that run them ---- */
@@ -3107,11 +4243,42 @@ static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
     {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, psurf__local_facets, NULL, NULL}
 };
 
+static psurf_kind psurf__scheme_triangle(psurf_scheme scheme)
+{
+    return psurf__schemes[scheme].triangle;
+}
+
+static psurf_kind psurf__patch_kind(const psurf_patches *p, psurf_kind kind)
+{
+    return kind == PSURF_PN_TRI ? psurf__schemes[p->scheme].triangle : kind;
+}
+
+/* In a mix, that of the scheme that makes this kind from the curves that the mix has. */
+static psurf__local_rule *psurf__rule_of(const psurf_patches *p, psurf_kind kind)
+{
+    const unsigned curves = (unsigned)p->topology->mixed_first;
+    uint32_t s = (uint32_t)p->scheme;
+    if (kind == PSURF_PN_QUAD) return psurf__schemes[s].quad;
+    if (p->scheme == PSURF_MIXED)
+        for (s = PSURF_PN; psurf__schemes[s].triangle != kind ||
+                           psurf__curves_of(s) != psurf__curves_of(curves);) s++;
+    return psurf__schemes[s].rule;
+}
+
 static psurf_real *psurf__patch_points(const psurf_patches *p, psurf_kind kind, uint32_t facet)
 {
     const size_t index = facet - p->topology->kind_first[kind];
-    psurf_real *block = (psurf_real *)(void *)((char *)p->patches + p->layout.kind[kind].offset);
-    return block + index * 3 * p->layout.kind[kind].points;
+    const psurf_kind_block *at = &p->layout.kind[psurf__patch_kind(p, kind)];
+    psurf_real *block = (psurf_real *)(void *)((char *)p->patches + at->offset);
+    return block + index * 3 * at->points;
+}
+
+static uint32_t psurf__count_patches(const psurf_topology *t, psurf_scheme scheme, uint32_t kind)
+{
+    const uint32_t triangle = (uint32_t)psurf__schemes[scheme].triangle;
+    const uint32_t filed = kind == triangle ? (uint32_t)PSURF_PN_TRI : kind;
+    if (kind == (uint32_t)PSURF_PN_TRI && kind != triangle) return 0;
+    return t->kind_first[filed + 1] - t->kind_first[filed];
 }
 
 PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_scheme scheme,
@@ -3119,10 +4286,14 @@ PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_
 {
     psurf__block patches = {NULL, 0}, scratch = {NULL, 0};
     uint32_t k;
+    int pm;
     if (!topology || !layout || (uint32_t)scheme >= PSURF_SCHEME_COUNT) return PSURF_BAD_DESC;
+    if (psurf__schemes[scheme].split != topology->split ||
+        (scheme == PSURF_MIXED) != topology->mixed) return PSURF_BAD_SPLIT;
+    pm = topology->split == PSURF_SPLIT_PM;
     for (k = 0; k < PSURF_KIND_COUNT; k++) {
         psurf_kind_block *block = &layout->kind[k];
-        block->count = topology->kind_first[k + 1] - topology->kind_first[k];
+        block->count = psurf__count_patches(topology, scheme, k);
         block->points = psurf__kind_table[k].points;
         psurf__carve(&patches, 0, 1, 256);
         block->offset = patches.used;
@@ -3135,7 +4306,10 @@ PSURF_API psurf_result psurf_patches_size(const psurf_topology *topology, psurf_
     psurf__carve(&scratch, topology->info.rings, 3 * sizeof(psurf_real), 1);
     psurf__carve(&scratch, 0, 1, 256);
     layout->spoke_offset = scratch.used;
-    psurf__carve(&scratch, topology->info.spokes, 6 * sizeof(psurf_real), 1);
+    psurf__carve(&scratch, pm ? topology->info.spokes : 0, 6 * sizeof(psurf_real), 1);
+    psurf__carve(&scratch, 0, 1, pm ? 1 : 256);
+    layout->normal_offset = scratch.used;
+    psurf__carve(&scratch, pm ? 0 : topology->info.rings, 3 * sizeof(psurf_real), 1);
     layout->patch_bytes = patches.used;
     layout->scratch_bytes = scratch.used;
     layout->pass_items[PSURF_PASS_CENTRES] = topology->info.centres;
@@ -3168,8 +4342,15 @@ static uint32_t psurf__range_end(uint32_t first, uint32_t count, uint32_t items)
 
 static int psurf__construct_desc_ok(const psurf_construct_desc *desc)
 {
+    const uint32_t known = PSURF_SIGMA | PSURF_COONS | PSURF_FOLDS | PSURF_NEARLY_FLAT |
+                           PSURF_PLANE_NORMALS;
     return desc && !desc->_start_canary && !desc->_end_canary && desc->positions &&
-           desc->position_stride % sizeof(psurf_real) == 0;
+           desc->position_stride % sizeof(psurf_real) == 0 &&
+           desc->normal_stride % sizeof(psurf_real) == 0 && !(desc->flags & ~known) &&
+           (uint32_t)desc->normal_mode < PSURF_NORMALS_COUNT &&
+           (uint32_t)desc->variant < PSURF_N_COUNT &&
+           (uint32_t)desc->shading < PSURF_SHADE_COUNT &&
+           (!(desc->flags & PSURF_SIGMA) || psurf__finite(desc->sigma));
 }
 
 PSURF_API psurf_result psurf_construct_pass(const psurf_patches *patches,
@@ -3212,16 +4393,18 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
 {
     const psurf_topology *t = patches->topology;
     psurf_patch patch;
+    psurf_kind filed;
     patch.kind = PSURF_BICUBIC;
     patch.face = patch.sector = PSURF_NONE;
     patch.point_count = 0;
     patch.points = NULL;
     if (index >= t->info.facets) return patch;
-    patch.kind = psurf__facet_kind(t, index);
+    filed = psurf__facet_kind(t, index);
+    patch.kind = psurf__patch_kind(patches, filed);
     patch.face = t->facets[index].face;
     patch.sector = t->facets[index].piece & 0xFFFFu;
     patch.point_count = psurf__kind_table[patch.kind].points;
-    patch.points = psurf__patch_points(patches, patch.kind, index);
+    patch.points = psurf__patch_points(patches, filed, index);
     return patch;
 }
 
@@ -3235,7 +4418,9 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
    Triangles: w = weights of the three corners. Quads: 1-u, u, 1-v, v. Sectors: weights of corner i,
    corner i+1, centre. */
 
-enum { PSURF__MAX_SECTORS = 5, PSURF__MAX_POINTS = 31, PSURF__MAX_NET = 16 };
+enum {
+    PSURF__MAX_SECTORS = 5, PSURF__MAX_POINTS = 31, PSURF__MAX_NET = 16, PSURF__MAX_BLENDS = 12
+};
 
 typedef struct psurf__spot {
     uint32_t sector;                    /* of a Pm-patch */
@@ -3458,39 +4643,113 @@ static void psurf__triangle_locate(uint32_t turn, uint32_t sector, const psurf_r
 
 /* ---- the table of kinds ---- */
 
+/* A triangle as a cubic, and points that are blended in: both told by places of stored points. A
+   blend is a point, or the way to it from a point of the cubic that it takes the place of. */
+typedef struct psurf__net_row {
+    unsigned char net[10];              /* row by row, as Bezier triangles are stored */
+    unsigned char blends;
+    unsigned char blend[PSURF__MAX_BLENDS][2];  /* place to, place from */
+} psurf__net_row;
+
+#define PSURF__ORIGIN 255               /* instead of a place: the zero of local coordinates */
+
+static const psurf__net_row psurf__bezier_net = {
+    {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 0, {{0, 0}}
+};
+static const psurf__net_row psurf__hybrid_net = {
+    {0, 3, 4, 1, 14, PSURF__ORIGIN, 8, 13, 9, 2}, 9,
+    {{16, 3}, {5, 14}, {6, 8}, {10, 4}, {11, 13}, {15, 9},
+     {7, PSURF__ORIGIN}, {12, PSURF__ORIGIN}, {17, PSURF__ORIGIN}}
+};
+static const psurf__net_row psurf__png1_net = {
+    {0, 1, 2, 3, 4, PSURF__ORIGIN, 5, 6, 7, 8}, 12,
+    {{9, 1}, {10, 2}, {11, 4}, {12, 5}, {13, 6}, {14, 7},
+     {15, PSURF__ORIGIN}, {16, PSURF__ORIGIN}, {17, PSURF__ORIGIN},
+     {18, PSURF__ORIGIN}, {19, PSURF__ORIGIN}, {20, PSURF__ORIGIN}}
+};
+static const psurf__net_row psurf__ribbon_net = {
+    {0, 1, 2, 3, 4, PSURF__ORIGIN, 5, 6, 7, 8}, 6,
+    {{9, PSURF__ORIGIN}, {10, PSURF__ORIGIN}, {11, PSURF__ORIGIN},
+     {12, PSURF__ORIGIN}, {13, PSURF__ORIGIN}, {14, PSURF__ORIGIN}}
+};
+
 typedef struct psurf__kind_row {
-    uint32_t sectors;
+    uint32_t sectors, weights;          /* weights: 4 of the tensor kinds, else 3 */
+    uint32_t control;                   /* stored points before normals and the like; sectors: 0 */
+    int shaded;                         /* has shading normals of its own */
+    const psurf__net_row *net;          /* of point-normal triangles, else NULL */
     void (*locate)(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
                    psurf__spot *spot);
     void (*pull)(const psurf__spot *spot, uint32_t turn, psurf__jet *jet);
     unsigned char edge[5][4];           /* the cubic of each edge: places of v0, t0, t1, v1 */
+    unsigned char normal[4];            /* places of the corners' normals; 0: it has none */
 } psurf__kind_row;
 
-/* Of a Bezier triangle's ten points; of the nine of its boundary. */
+/* Of four by four points; of a Bezier triangle's ten; of the nine of its boundary. */
+#define PSURF__TENSOR_EDGES \
+    {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}
 #define PSURF__BEZIER_EDGES {{0, 1, 2, 3}, {3, 6, 8, 9}, {9, 7, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}
 #define PSURF__BOUNDARY_EDGES {{0, 1, 2, 3}, {3, 5, 7, 8}, {8, 6, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}
 
 static const psurf__kind_row psurf__kinds[PSURF_KIND_COUNT] = {
-    {1, psurf__bicubic_locate, psurf__bicubic_pull,
-     {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}},
-    {1, psurf__polar_locate, psurf__polar_pull,
-     {{0, 1, 2, 3}, {3, 7, 11, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {3, psurf__p3_locate, psurf__p3_pull,
-     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {4, psurf__p4_locate, psurf__p4_pull,
-     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 0}, {0, 0, 0, 0}}},
-    {5, psurf__p5_locate, psurf__p5_pull,
-     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}}},
-    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BEZIER_EDGES},
-    {1, psurf__bicubic_locate, psurf__bicubic_pull,
-     {{0, 1, 2, 3}, {3, 7, 11, 15}, {15, 14, 13, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}}},
-    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BEZIER_EDGES},
-    {1, psurf__triangle_locate, psurf__bicubic_pull,
-     {{0, 3, 4, 1}, {1, 8, 9, 2}, {2, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
-    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BOUNDARY_EDGES},
-    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BOUNDARY_EDGES},
-    {1, psurf__triangle_locate, psurf__bicubic_pull, PSURF__BOUNDARY_EDGES}
+    {1, 4, 16, 0, NULL, psurf__bicubic_locate, psurf__bicubic_pull, PSURF__TENSOR_EDGES,
+     {0, 0, 0, 0}},
+    {1, 4, 13, 0, NULL, psurf__polar_locate, psurf__polar_pull,
+     {{0, 1, 2, 3}, {3, 7, 11, 12}, {12, 8, 4, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}, {0, 0, 0, 0}},
+    {3, 3, 0, 0, NULL, psurf__p3_locate, psurf__p3_pull,
+     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}, {0, 0, 0, 0}},
+    {4, 3, 0, 0, NULL, psurf__p4_locate, psurf__p4_pull,
+     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 0}, {0, 0, 0, 0}}, {0, 0, 0, 0}},
+    {5, 3, 0, 0, NULL, psurf__p5_locate, psurf__p5_pull,
+     {{0, 1, 2, 6}, {6, 7, 8, 12}, {12, 13, 14, 18}, {18, 19, 20, 24}, {24, 25, 26, 0}},
+     {0, 0, 0, 0}},
+    {1, 3, 10, 1, &psurf__bezier_net, psurf__triangle_locate, psurf__bicubic_pull,
+     PSURF__BEZIER_EDGES, {10, 12, 15, 0}},
+    {1, 4, 16, 1, NULL, psurf__bicubic_locate, psurf__bicubic_pull, PSURF__TENSOR_EDGES,
+     {16, 18, 24, 22}},
+    {1, 3, 10, 1, &psurf__bezier_net, psurf__triangle_locate, psurf__bicubic_pull,
+     PSURF__BEZIER_EDGES, {10, 12, 15, 0}},
+    {1, 3, 18, 0, &psurf__hybrid_net, psurf__triangle_locate, psurf__bicubic_pull,
+     {{0, 3, 4, 1}, {1, 8, 9, 2}, {2, 13, 14, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}, {18, 19, 20, 0}},
+    {1, 3, 21, 0, &psurf__png1_net, psurf__triangle_locate, psurf__bicubic_pull,
+     PSURF__BOUNDARY_EDGES, {21, 22, 23, 0}},
+    {1, 3, 15, 0, &psurf__ribbon_net, psurf__triangle_locate, psurf__bicubic_pull,
+     PSURF__BOUNDARY_EDGES, {15, 16, 17, 0}},
+    {1, 3, 15, 0, &psurf__ribbon_net, psurf__triangle_locate, psurf__bicubic_pull,
+     PSURF__BOUNDARY_EDGES, {15, 16, 17, 0}}
 };
+
+/* ---- quads of two triangles, from corner turn on ---- */
+
+/* Weights of the unit square, turned so that the apex is its origin; then piece 0 lies below the
+   diagonal from there, piece 1 above. */
+static void psurf__halves_locate(uint32_t turn, uint32_t sector, const psurf_real *w, psurf_real d,
+                                 psurf__spot *spot)
+{
+    static const unsigned char u0[4] = {0, 2, 1, 3}, u1[4] = {1, 3, 0, 2};
+    static const unsigned char v0[4] = {2, 1, 3, 0}, v1[4] = {3, 0, 2, 1};
+    const psurf_real x = w[u1[turn]], y = w[v1[turn]];
+    (void)sector;
+    spot->sector = y > x;
+    spot->edge = PSURF_NONE;
+    if (y > x) psurf__set_weights(spot, w[v0[turn]], x, y - x, d);
+    else psurf__set_weights(spot, w[u0[turn]], x - y, y, d);
+}
+
+static void psurf__halves_pull(const psurf__spot *spot, uint32_t turn, psurf__jet *jet)
+{
+    static const signed char cosine[4] = {1, 0, -1, 0}, sine[4] = {0, 1, 0, -1};
+    const psurf_real xu = cosine[turn], xv = sine[turn], yu = -sine[turn], yv = cosine[turn];
+    if (spot->sector) psurf__linear_pull(xu, yu - xu, xv, yv - xv, jet);
+    else psurf__linear_pull(xu - yu, yu, xv - yv, yv, jet);
+}
+
+static const psurf__kind_row psurf__halves = {
+    2, 3, 0, 0, NULL, psurf__halves_locate, psurf__halves_pull, PSURF__BEZIER_EDGES, {0, 0, 0, 0}
+};
+
+/* How many points are blended into the cubic of a point-normal triangle. */
+static uint32_t psurf__blend_count(psurf_kind kind) { return psurf__kinds[kind].net->blends; }
 
 /* ---- what the kernels are asked for ---- */
 
@@ -3502,9 +4761,9 @@ typedef struct psurf__batch {
     psurf__spot spot[8];
 } psurf__batch;
 
-/* What a line of a sector takes of its rows: p[i][l] = C(4,l) c^l g^(4-l-i), w the same of degree
-   3; c = (rate - n)/rate, g = n/(2 rate). */
-typedef struct psurf__weights { psurf_real p[4][4], w[3][4]; } psurf__weights;
+/* What a line of a sector takes of its rows: p[i][l] = C(4,l) c^l g^(4-l-i), w and q the same of
+   degrees 3 and 2; c = (rate - n)/rate, g = n/(2 rate). */
+typedef struct psurf__weights { psurf_real p[4][4], w[3][4], q[2][3]; } psurf__weights;
 
 static psurf__weights psurf__weights_of(uint32_t n, uint32_t rate)
 {
@@ -3533,6 +4792,11 @@ static psurf__weights psurf__weights_of(uint32_t n, uint32_t rate)
     at.w[1][2] = 3 * cc;
     at.w[2][0] = g;
     at.w[2][1] = 3 * c;
+    at.q[0][0] = gg;
+    at.q[0][1] = 2 * (c * g);
+    at.q[0][2] = cc;
+    at.q[1][0] = g;
+    at.q[1][1] = 2 * c;
     return at;
 }
 
@@ -3574,6 +4838,9 @@ static void psurf__hold_cursors(psurf__held *held, int normals, psurf__cursor c[
     }
 }
 
+/* Which normals go with positions: none, those of the surface, those to shade with. */
+typedef enum psurf__normals { PSURF__NO_NORMALS, PSURF__SURFACE, PSURF__SHADING } psurf__normals;
+
 /* Which samples have places of their own, to which no cursor moves. */
 typedef enum psurf__apart {
     PSURF__NONE_APART, PSURF__BORDER_APART, PSURF__ALL_APART
@@ -3587,7 +4854,7 @@ typedef struct psurf__group {
     uint32_t count, rate;               /* facets from count on repeat the first */
     uint32_t turn;
     const psurf_real *points[8];
-    int normals;                        /* or positions alone */
+    psurf__normals normals;
     int border_only;                    /* samples on the facets' edges alone */
     psurf__apart apart;
     void (*aim)(const psurf__run *run, uint32_t first, uint32_t last, psurf__cursor cursors[2]);
@@ -3601,7 +4868,7 @@ struct psurf__run {
     uint32_t sector, d, n;
     uint32_t begin, end;                /* samples begin <= k < end are wanted */
     psurf_real span;                    /* sample k lies (2k - n)/span from the middle */
-    int tensor, edge;                   /* of tensor kinds; on an edge of the facets */
+    int tensor, edge;                   /* not of sectors; on an edge of the facets */
 };
 
 /* How many steps a line of a Pm-patch has less than the line before. */
@@ -3649,17 +4916,22 @@ static psurf__point psurf__line_point(const psurf__run *r, uint32_t k)
     return at;
 }
 
-/* Of normals, in squares of sines and of lengths: du and dv count as parallel, or need scaling. */
-#define PSURF__PARALLEL (sizeof(psurf_real) == 4 ? PSURF__R(4e-6) : PSURF__R(8e-15))
 #define PSURF__EIGHTH PSURF__R(0.125)
-#define PSURF__SHORT PSURF__R(1e-20)
-#define PSURF__LONG PSURF__R(1e20)
 
-static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
+/* Squares of lengths of normals that are looked at more closely. */
+#define PSURF__VANISHING PSURF__R(1e-12)
+
+static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane, int direction,
                                psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8]);
 
 /* Rows of the 15 points of a sector: where the points of constant distance from the edge begin. */
 static const unsigned char psurf__row[5] = {0, 5, 9, 12, 14};
+
+/* The same of the 10 points of a cubic triangle. */
+static const unsigned char psurf__cubic_row[4] = {0, 4, 7, 9};
+
+/* Places of second derivatives by three weights. */
+static const unsigned char psurf__second[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
 /* What an instruction set has to offer; all give the same bits. */
 typedef struct psurf__kernels {
@@ -3718,6 +4990,7 @@ typedef struct psurf__kernels {
 #define psurf__l_div PSURF__K(l_div)
 #define psurf__l_sqrt PSURF__K(l_sqrt)
 #define psurf__l_max PSURF__K(l_max)            /* a > b ? a : b */
+#define psurf__l_select PSURF__K(l_select)      /* a > b ? x : y; y if one of a, b is NaN */
 #define psurf__l_greater PSURF__K(l_greater)    /* bit i: a > b in lane i */
 #define psurf__l_columns PSURF__K(l_columns)    /* lane i of out[k] = p[i][k], k < count >= 4 */
 #define psurf__l_fetch PSURF__K(l_fetch)        /* memory that is soon written */
@@ -3731,6 +5004,7 @@ typedef struct psurf__kernels {
 #define psurf__l3_mix PSURF__K(l3_mix)
 #define psurf__l3_cross PSURF__K(l3_cross)
 #define psurf__l3_dot PSURF__K(l3_dot)
+#define psurf__l3_select PSURF__K(l3_select)
 #define psurf__l3_zero PSURF__K(l3_zero)
 #define psurf__l3_put PSURF__K(l3_put)
 #define psurf__l3_store PSURF__K(l3_store)
@@ -3763,6 +5037,11 @@ static PSURF__INLINE psurf__lanes psurf__l_sqrt(psurf__lanes a) { return _mm256_
 static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
 {
     return _mm256_max_ps(a, b);
+}
+static PSURF__INLINE psurf__lanes psurf__l_select(psurf__lanes a, psurf__lanes b, psurf__lanes x,
+                                                  psurf__lanes y)
+{
+    return _mm256_blendv_ps(y, x, _mm256_cmp_ps(a, b, _CMP_GT_OQ));
 }
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
@@ -3904,6 +5183,13 @@ static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(_mm_max_ps(a.low, b.low), _mm_max_ps(a.high, b.high));
 }
+static PSURF__INLINE psurf__lanes psurf__l_select(psurf__lanes a, psurf__lanes b, psurf__lanes x,
+                                                  psurf__lanes y)
+{
+    const __m128 low = _mm_cmpgt_ps(a.low, b.low), high = _mm_cmpgt_ps(a.high, b.high);
+    return PSURF__K(both)(_mm_or_ps(_mm_and_ps(low, x.low), _mm_andnot_ps(low, y.low)),
+                          _mm_or_ps(_mm_and_ps(high, x.high), _mm_andnot_ps(high, y.high)));
+}
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     return (unsigned)_mm_movemask_ps(_mm_cmpgt_ps(a.low, b.low)) |
@@ -4030,6 +5316,12 @@ static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
 {
     return PSURF__K(both)(vbslq_f32(vcgtq_f32(a.low, b.low), a.low, b.low),
                           vbslq_f32(vcgtq_f32(a.high, b.high), a.high, b.high));
+}
+static PSURF__INLINE psurf__lanes psurf__l_select(psurf__lanes a, psurf__lanes b, psurf__lanes x,
+                                                  psurf__lanes y)
+{
+    return PSURF__K(both)(vbslq_f32(vcgtq_f32(a.low, b.low), x.low, y.low),
+                          vbslq_f32(vcgtq_f32(a.high, b.high), x.high, y.high));
 }
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
@@ -4176,6 +5468,13 @@ static PSURF__INLINE psurf__lanes psurf__l_max(psurf__lanes a, psurf__lanes b)
     for (i = 0; i < 8; i++) a.a[i] = a.a[i] > b.a[i] ? a.a[i] : b.a[i];
     return a;
 }
+static PSURF__INLINE psurf__lanes psurf__l_select(psurf__lanes a, psurf__lanes b, psurf__lanes x,
+                                                  psurf__lanes y)
+{
+    int i;
+    for (i = 0; i < 8; i++) y.a[i] = a.a[i] > b.a[i] ? x.a[i] : y.a[i];
+    return y;
+}
 static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 {
     unsigned bits = 0;
@@ -4275,6 +5574,16 @@ static PSURF__INLINE psurf__l3 psurf__l3_cross(psurf__l3 a, psurf__l3 b)
     c.y = psurf__l_sub(psurf__l_mul(a.z, b.x), psurf__l_mul(a.x, b.z));
     c.z = psurf__l_sub(psurf__l_mul(a.x, b.y), psurf__l_mul(a.y, b.x));
     return c;
+}
+
+/* a > b ? x : y */
+static PSURF__INLINE psurf__l3 psurf__l3_select(psurf__lanes a, psurf__lanes b, psurf__l3 x,
+                                                psurf__l3 y)
+{
+    x.x = psurf__l_select(a, b, x.x, y.x);
+    x.y = psurf__l_select(a, b, x.y, y.y);
+    x.z = psurf__l_select(a, b, x.z, y.z);
+    return x;
 }
 
 /* Copies by components, in the pieces they are read in: compilers that copy structs in smaller ones
@@ -4462,12 +5771,18 @@ static void PSURF__K(triangle_basis)(const psurf__lanes *w, uint32_t n, psurf__l
 }
 
 /* The difference of net points from place (k, l) of the next lower degree, along the edge (0) or
-   towards the centre (1). */
+   away from it (1). */
+static PSURF__INLINE psurf__l3 PSURF__K(step_of)(const unsigned char *row, const psurf__l3 *net,
+                                                 uint32_t k, uint32_t l, int across)
+{
+    const psurf__l3 *from = net + row[l] + k;
+    return psurf__l3_sub(across ? net[row[l + 1] + k] : from[1], *from);
+}
+
 static PSURF__INLINE psurf__l3 PSURF__K(step)(const psurf__l3 *net, uint32_t k, uint32_t l,
                                               int across)
 {
-    const psurf__l3 *from = net + psurf__row[l] + k;
-    return psurf__l3_sub(across ? net[psurf__row[l + 1] + k] : from[1], *from);
+    return PSURF__K(step_of)(psurf__row, net, k, l, across);
 }
 
 static void PSURF__K(sector_second)(const psurf__l3 *net, const psurf__lanes *w,
@@ -4537,11 +5852,463 @@ static psurf__l3 PSURF__K(spot_net)(const psurf__batch *b, uint32_t m, psurf__l3
     return tail[1];
 }
 
+/* ---- rational triangles: a cubic, and points blended in ----
+
+   All of them are linear in their points: S = sum of B_ijk(t) net_ijk + sum of W_n(t) X_n, with
+   weights that depend on the parameter alone. t: the weights of the three corners. Every 0/0 of the
+   formulas is at a corner, where what it is multiplied by vanishes faster; near one, all is written
+   in ratios between 0 and 1, so nothing cancels and nothing overflows. */
+
+/* The weight of a point: value, first and second derivatives by t0, t1, t2, each taken as
+   independent. Second ones: 00 01 02 11 12 22. */
+typedef struct PSURF__K(weight) { psurf__lanes v, d[3], dd[6]; } PSURF__K(weight);
+
+/* A function of two of them, x and y: by x, y; xx, xy, yy. */
+typedef struct PSURF__K(form) { psurf__lanes v, d[2], dd[3]; } PSURF__K(form);
+
+/* 1/s, but 1e12 at most, whose cube is a float. Where s is less, what is divided by it is too. */
+static PSURF__INLINE psurf__lanes PSURF__K(inverse)(psurf__lanes s)
+{
+    return psurf__l_div(psurf__l_all(1), psurf__l_max(s, psurf__l_all(PSURF__R(1e-12))));
+}
+
+static PSURF__INLINE psurf__lanes PSURF__K(twice)(psurf__lanes a) { return psurf__l_add(a, a); }
+
+static PSURF__INLINE psurf__lanes PSURF__K(rest)(psurf__lanes a)
+{
+    return psurf__l_sub(psurf__l_all(1), a);
+}
+
+/* [GB] (10): x^2 y/(x+y), of the nearer point of an edge; with X = x/(x+y) and Y = y/(x+y). */
+static void PSURF__K(b1_form)(psurf__lanes x, psurf__lanes y, int second, PSURF__K(form) *f)
+{
+    const psurf__lanes r = PSURF__K(inverse)(psurf__l_add(x, y)), one = psurf__l_all(1);
+    const psurf__lanes xr = psurf__l_mul(x, r), yr = psurf__l_mul(y, r);
+    const psurf__lanes xx = psurf__l_mul(xr, xr), yy = psurf__l_mul(yr, yr);
+    f->v = psurf__l_mul(x, psurf__l_mul(x, yr));
+    f->d[0] = psurf__l_mul(psurf__l_mul(x, yr), psurf__l_add(one, yr));
+    f->d[1] = psurf__l_mul(x, xx);
+    if (!second) return;
+    f->dd[0] = PSURF__K(twice)(psurf__l_mul(yy, yr));
+    f->dd[1] = psurf__l_mul(xx, psurf__l_add(one, PSURF__K(twice)(yr)));
+    f->dd[2] = psurf__l_mul(psurf__l_mul(xx, xr), psurf__l_all(-2));
+}
+
+/* [GB] (1): x y l with l = x(1-y)/D, D = x(1-y) + y(1-x); X = x/D and Y = y/D are at most 2. */
+static void PSURF__K(b2_form)(psurf__lanes x, psurf__lanes y, int second, PSURF__K(form) *f)
+{
+    const psurf__lanes x1 = PSURF__K(rest)(x), y1 = PSURF__K(rest)(y), one = psurf__l_all(1);
+    const psurf__lanes d = psurf__l_add(psurf__l_mul(x, y1), psurf__l_mul(y, x1));
+    const psurf__lanes r = PSURF__K(inverse)(d);
+    const psurf__lanes xr = psurf__l_mul(x, r), yr = psurf__l_mul(y, r);
+    const psurf__lanes l = psurf__l_mul(xr, y1), k = psurf__l_mul(yr, x1);
+    const psurf__lanes fall = psurf__l_sub(l, psurf__l_mul(xr, k)), more = psurf__l_add(one, yr);
+    psurf__lanes x2, y2;
+    f->v = psurf__l_mul(psurf__l_mul(x, y), l);
+    f->d[0] = psurf__l_mul(psurf__l_mul(y, l), more);
+    f->d[1] = psurf__l_mul(x, fall);
+    if (!second) return;
+    x2 = PSURF__K(rest)(PSURF__K(twice)(x));
+    y2 = PSURF__K(rest)(PSURF__K(twice)(y));
+    f->dd[0] = psurf__l_mul(psurf__l_mul(yr, yr),
+                            psurf__l_sub(psurf__l_mul(y1, more), psurf__l_mul(l, y2)));
+    f->dd[1] = psurf__l_mul(psurf__l_mul(l, yr), PSURF__K(rest)(psurf__l_mul(yr, x2)));
+    f->dd[1] = psurf__l_add(psurf__l_mul(fall, more), f->dd[1]);
+    f->dd[2] = psurf__l_mul(psurf__l_mul(xr, xr),
+                            psurf__l_sub(psurf__l_mul(x2, k),
+                                         psurf__l_mul(x1, psurf__l_add(one, xr))));
+}
+
+/* [GB] 2.2: x L(y) with L = y^2/N, N = y^2 + (1-y)^2, which is never below 1/2. */
+static void PSURF__K(png1_form)(psurf__lanes x, psurf__lanes y, int second, PSURF__K(form) *f)
+{
+    const psurf__lanes y1 = PSURF__K(rest)(y), yy = psurf__l_mul(y, y), one = psurf__l_all(1);
+    const psurf__lanes r = psurf__l_div(one, psurf__l_add(yy, psurf__l_mul(y1, y1)));
+    const psurf__lanes half = psurf__l_mul(y, y1);
+    const psurf__lanes value = psurf__l_mul(yy, r);
+    const psurf__lanes slope = psurf__l_mul(PSURF__K(twice)(half), psurf__l_mul(r, r));
+    psurf__lanes bend;
+    f->v = psurf__l_mul(x, value);
+    f->d[0] = value;
+    f->d[1] = psurf__l_mul(x, slope);
+    if (!second) return;
+    bend = psurf__l_mul(PSURF__K(twice)(psurf__l_sub(y1, y)),
+                        psurf__l_add(one, PSURF__K(twice)(half)));
+    f->dd[0] = psurf__l_all(0);
+    f->dd[1] = slope;
+    f->dd[2] = psurf__l_mul(x, psurf__l_mul(bend, psurf__l_mul(r, psurf__l_mul(r, r))));
+}
+
+/* [GB] 2.1: x times the weight m = B/(A+B) of the other edge, A = (1-y) x^2, B = (1-x) y^2. All is
+   divided by powers of x+y: A+B is 1/4 or more then, but at the corner itself. */
+static void PSURF__K(hybrid_form)(psurf__lanes x, psurf__lanes y, int second, PSURF__K(form) *f)
+{
+    const psurf__lanes s = psurf__l_add(x, y), r = PSURF__K(inverse)(s);
+    const psurf__lanes x1 = PSURF__K(rest)(x), y1 = PSURF__K(rest)(y);
+    const psurf__lanes xr = psurf__l_mul(x, r), yr = psurf__l_mul(y, r);
+    const psurf__lanes xx = psurf__l_mul(xr, xr), yy = psurf__l_mul(yr, yr);
+    const psurf__lanes a = psurf__l_mul(y1, xx), b = psurf__l_mul(x1, yy);
+    const psurf__lanes sum = psurf__l_max(psurf__l_add(a, b), psurf__l_all(PSURF__EIGHTH));
+    const psurf__lanes n = psurf__l_div(psurf__l_all(1), sum), nn = psurf__l_mul(n, n);
+    const psurf__lanes m = psurf__l_mul(b, n);
+    const psurf__lanes ax = psurf__l_mul(PSURF__K(twice)(xr), y1);  /* their slopes, over x+y */
+    const psurf__lanes by = psurf__l_mul(PSURF__K(twice)(yr), x1);
+    const psurf__lanes fall = psurf__l_add(psurf__l_mul(ax, b),
+                                           psurf__l_mul(s, psurf__l_mul(a, yy)));
+    const psurf__lanes rise = psurf__l_add(psurf__l_mul(by, a),
+                                           psurf__l_mul(s, psurf__l_mul(b, xx)));
+    const psurf__lanes mx = psurf__l_mul(psurf__l_mul(fall, nn), psurf__l_all(-1));
+    const psurf__lanes my = psurf__l_mul(rise, nn);     /* those of m, times x+y */
+    psurf__lanes sx, sy, mxx, mxy, myy;
+    f->v = psurf__l_mul(x, m);
+    f->d[0] = psurf__l_add(m, psurf__l_mul(xr, mx));
+    f->d[1] = psurf__l_mul(xr, my);
+    if (!second) return;
+    sx = psurf__l_sub(ax, psurf__l_mul(y, yr));         /* slopes of A+B, over x+y; */
+    sy = psurf__l_sub(by, psurf__l_mul(x, xr));
+    mxx = psurf__l_add(psurf__l_mul(mx, sx), psurf__l_mul(m, y1));  /* of m (A+B) = B, twice */
+    mxx = psurf__l_mul(psurf__l_mul(mxx, n), psurf__l_all(-2));
+    mxy = psurf__l_add(psurf__l_mul(mx, sy), psurf__l_mul(my, sx));
+    mxy = psurf__l_sub(PSURF__K(twice)(psurf__l_sub(psurf__l_mul(m, s), y)), mxy);
+    mxy = psurf__l_mul(mxy, n);
+    myy = psurf__l_sub(psurf__l_mul(x1, PSURF__K(rest)(m)), psurf__l_mul(my, sy));
+    myy = psurf__l_mul(PSURF__K(twice)(myy), n);
+    f->dd[0] = psurf__l_mul(r, psurf__l_add(PSURF__K(twice)(mx), psurf__l_mul(xr, mxx)));
+    f->dd[1] = psurf__l_mul(r, psurf__l_add(my, psurf__l_mul(xr, mxy)));
+    f->dd[2] = psurf__l_mul(r, psurf__l_mul(xr, myy));
+}
+
+/* x y */
+static void PSURF__K(product_form)(psurf__lanes x, psurf__lanes y, int second, PSURF__K(form) *f)
+{
+    f->v = psurf__l_mul(x, y);
+    f->d[0] = y;
+    f->d[1] = x;
+    if (!second) return;
+    f->dd[0] = f->dd[2] = psurf__l_all(0);
+    f->dd[1] = psurf__l_all(1);
+}
+
+/* The weight c t_i^2 f(t_j, t_k), as everything that belongs to a corner i has it. */
+static void PSURF__K(corner_weight)(psurf_real c, const psurf__lanes t[3], uint32_t i, uint32_t j,
+                                    uint32_t k, const PSURF__K(form) *f, int second,
+                                    PSURF__K(weight) *w)
+{
+    const psurf__lanes line = psurf__l_mul(psurf__l_all(2 * c), t[i]);
+    const psurf__lanes square = psurf__l_mul(psurf__l_mul(psurf__l_all(c), t[i]), t[i]);
+    w->v = psurf__l_mul(square, f->v);
+    w->d[i] = psurf__l_mul(line, f->v);
+    w->d[j] = psurf__l_mul(square, f->d[0]);
+    w->d[k] = psurf__l_mul(square, f->d[1]);
+    if (!second) return;
+    w->dd[psurf__second[i][i]] = psurf__l_mul(psurf__l_all(2 * c), f->v);
+    w->dd[psurf__second[i][j]] = psurf__l_mul(line, f->d[0]);
+    w->dd[psurf__second[i][k]] = psurf__l_mul(line, f->d[1]);
+    w->dd[psurf__second[j][j]] = psurf__l_mul(square, f->dd[0]);
+    w->dd[psurf__second[j][k]] = psurf__l_mul(square, f->dd[1]);
+    w->dd[psurf__second[k][k]] = psurf__l_mul(square, f->dd[2]);
+}
+
+/* q = t0 t1 t2/s2 with s2 = t0 t1 + t1 t2 + t2 t0; part[i] = what s2 has without t_i, over s2. */
+static void PSURF__K(share)(const psurf__lanes t[3], int second, PSURF__K(weight) *q)
+{
+    const psurf__lanes t12 = psurf__l_mul(t[1], t[2]), t20 = psurf__l_mul(t[2], t[0]);
+    const psurf__lanes t01 = psurf__l_mul(t[0], t[1]);
+    const psurf__lanes r = PSURF__K(inverse)(psurf__l_add(psurf__l_add(t01, t12), t20));
+    psurf__lanes part[3];
+    uint32_t i, j, k;
+    part[0] = psurf__l_mul(t12, r);
+    part[1] = psurf__l_mul(t20, r);
+    part[2] = psurf__l_mul(t01, r);
+    q->v = psurf__l_mul(t[0], part[0]);
+    for (i = 0; i < 3; i++) {
+        j = psurf__following(i, 3);
+        k = psurf__preceding(i, 3);
+        q->d[i] = psurf__l_mul(part[i], part[i]);
+        if (!second) continue;
+        q->dd[psurf__second[i][i]] =
+            psurf__l_mul(psurf__l_mul(q->d[i], psurf__l_all(-2)),
+                         psurf__l_mul(psurf__l_add(t[j], t[k]), r));
+        q->dd[psurf__second[i][j]] = psurf__l_mul(PSURF__K(twice)(psurf__l_mul(part[i], part[j])),
+                                                psurf__l_mul(t[k], r));
+    }
+}
+
+/* The weight 6 q f(t_i, t_j), as everything that belongs to an edge from i to j has it. */
+static void PSURF__K(edge_weight)(const PSURF__K(weight) *q, uint32_t i, uint32_t j, uint32_t k,
+                                  const PSURF__K(form) *f, int second, PSURF__K(weight) *w)
+{
+    const psurf__lanes six = psurf__l_all(6), q6 = psurf__l_mul(six, q->v);
+    const psurf__lanes f6 = psurf__l_mul(six, f->v), *qq = q->dd;
+    psurf__lanes fi, fj;
+    w->v = psurf__l_mul(q6, f->v);
+    w->d[i] = psurf__l_add(psurf__l_mul(q->d[i], f6), psurf__l_mul(q6, f->d[0]));
+    w->d[j] = psurf__l_add(psurf__l_mul(q->d[j], f6), psurf__l_mul(q6, f->d[1]));
+    w->d[k] = psurf__l_mul(q->d[k], f6);
+    if (!second) return;
+    fi = psurf__l_mul(six, f->d[0]);
+    fj = psurf__l_mul(six, f->d[1]);
+    w->dd[psurf__second[i][i]] = psurf__l_add(psurf__l_mul(qq[psurf__second[i][i]], f6),
+        psurf__l_add(PSURF__K(twice)(psurf__l_mul(q->d[i], fi)), psurf__l_mul(q6, f->dd[0])));
+    w->dd[psurf__second[i][j]] = psurf__l_add(
+        psurf__l_add(psurf__l_mul(qq[psurf__second[i][j]], f6), psurf__l_mul(q6, f->dd[1])),
+        psurf__l_add(psurf__l_mul(q->d[i], fj), psurf__l_mul(q->d[j], fi)));
+    w->dd[psurf__second[j][j]] = psurf__l_add(psurf__l_mul(qq[psurf__second[j][j]], f6),
+        psurf__l_add(PSURF__K(twice)(psurf__l_mul(q->d[j], fj)), psurf__l_mul(q6, f->dd[2])));
+    w->dd[psurf__second[i][k]] = psurf__l_add(psurf__l_mul(qq[psurf__second[i][k]], f6),
+                                            psurf__l_mul(q->d[k], fi));
+    w->dd[psurf__second[j][k]] = psurf__l_add(psurf__l_mul(qq[psurf__second[j][k]], f6),
+                                            psurf__l_mul(q->d[k], fj));
+    w->dd[psurf__second[k][k]] = psurf__l_mul(qq[psurf__second[k][k]], f6);
+}
+
+/* Of the inner points of three edges, at their start and end: B1 or B2. */
+static void PSURF__K(inner_weights)(const psurf__lanes t[3], int b2, int second,
+                                    PSURF__K(weight) w[6])
+{
+    PSURF__K(weight) q;
+    PSURF__K(form) f;
+    uint32_t e, i, j, k, end;
+    if (b2) PSURF__K(share)(t, second, &q);
+    for (e = 0; e < 6; e++) {
+        end = e & 1;                                    /* the nearer corner i, the other one j */
+        i = end ? psurf__following(e / 2, 3) : e / 2;
+        j = end ? e / 2 : psurf__following(i, 3);
+        k = 3 - i - j;
+        if (b2) {
+            PSURF__K(b2_form)(t[i], t[j], second, &f);
+            PSURF__K(edge_weight)(&q, i, j, k, &f, second, &w[e]);
+        } else {
+            PSURF__K(b1_form)(t[j], t[k], second, &f);
+            PSURF__K(corner_weight)(6, t, i, j, k, &f, second, &w[e]);
+        }
+    }
+}
+
+/* Of the six keys' other points, in the order b210 b120 b201 b021 b102 b012. */
+static void PSURF__K(png1_weights)(const psurf__lanes t[3], int second, PSURF__K(weight) w[6])
+{
+    static const unsigned char key[6][2] = {{0, 1}, {1, 0}, {0, 2}, {1, 2}, {2, 0}, {2, 1}};
+    PSURF__K(form) f;
+    uint32_t n;
+    for (n = 0; n < 6; n++) {
+        const uint32_t i = key[n][0], j = key[n][1], k = 3 - i - j;
+        PSURF__K(png1_form)(t[j], t[k], second, &f);
+        PSURF__K(corner_weight)(3, t, i, j, k, &f, second, &w[n]);
+    }
+}
+
+/* Of the other edge's points: per corner k the key towards the next, then that towards the
+   preceding one; and of the three inner points, whose b111 are blended as [GB] (1) has it. */
+static void PSURF__K(hybrid_weights)(const psurf__lanes t[3], int second, PSURF__K(weight) w[9])
+{
+    PSURF__K(weight) q;
+    PSURF__K(form) f;
+    uint32_t i, next, last;
+    PSURF__K(share)(t, second, &q);
+    for (i = 0; i < 3; i++) {
+        next = psurf__following(i, 3);
+        last = psurf__preceding(i, 3);
+        PSURF__K(hybrid_form)(t[next], t[last], second, &f);
+        PSURF__K(corner_weight)(3, t, i, next, last, &f, second, &w[2 * i]);
+        PSURF__K(hybrid_form)(t[last], t[next], second, &f);
+        PSURF__K(corner_weight)(3, t, i, last, next, &f, second, &w[2 * i + 1]);
+        PSURF__K(product_form)(t[i], t[next], second, &f);
+        PSURF__K(edge_weight)(&q, i, next, last, &f, second, &w[6 + i]);
+    }
+}
+
+/* The weights of all blends of a kind; second derivatives if asked for. */
+static void PSURF__K(blend_weights)(psurf_kind kind, const psurf__lanes t[3], int second,
+                                    PSURF__K(weight) *w)
+{
+    if (kind == PSURF_HYBRID_TRI) {
+        PSURF__K(hybrid_weights)(t, second, w);
+    } else if (kind == PSURF_PNG1_TRI) {
+        PSURF__K(png1_weights)(t, second, w);
+        PSURF__K(inner_weights)(t, 1, second, w + 6);
+    } else {
+        PSURF__K(inner_weights)(t, kind == PSURF_RIBBON_B2, second, w);
+    }
+}
+
+/* Stored points with positions relative to the first; normals and the like stay what they are. */
+static void PSURF__K(localise)(psurf_kind kind, const psurf__l3 *stored, psurf__l3 *local)
+{
+    const psurf__l3 origin = stored[0];
+    uint32_t i;
+    for (i = 0; i < psurf__kind_table[kind].points; i++)
+        if (i < psurf__kinds[kind].control) local[i] = psurf__l3_sub(stored[i], origin);
+        else psurf__l3_put(&local[i], stored[i]);
+}
+
+/* Out of local points: the cubic, and what is blended into it. */
+static void PSURF__K(base_net)(psurf_kind kind, const psurf__l3 *local, psurf__l3 net[10])
+{
+    const psurf__net_row *row = psurf__kinds[kind].net;
+    uint32_t k;
+    for (k = 0; k < 10; k++)
+        if (row->net[k] == PSURF__ORIGIN) net[k] = psurf__l3_zero();
+        else psurf__l3_put(&net[k], local[row->net[k]]);
+}
+
+static void PSURF__K(blend_points)(psurf_kind kind, const psurf__l3 *local, psurf__l3 *x)
+{
+    const psurf__net_row *row = psurf__kinds[kind].net;
+    uint32_t n;
+    for (n = 0; n < row->blends; n++) {
+        const uint32_t to = row->blend[n][0], from = row->blend[n][1];
+        if (from == PSURF__ORIGIN) psurf__l3_put(&x[n], local[to]);
+        else x[n] = psurf__l3_sub(local[to], local[from]);
+    }
+}
+
+/* A cubic triangle; order: how many derivatives. u = weight of corner 1, v = weight of corner 2. */
+static PSURF__INLINE void PSURF__K(net_jet)(const psurf__l3 net[10], const psurf__lanes t[3],
+                                            int order, PSURF__K(jet) *jet)
+{
+    const unsigned char *row = psurf__cubic_row;
+    psurf__lanes b3[10], b2[6];
+    uint32_t k, l, at = 0;
+    PSURF__K(triangle_basis)(t, 3, b3);
+    jet->p = psurf__l3_zero();
+    for (k = 0; k < 10; k++) jet->p = psurf__l3_mad(jet->p, b3[k], net[k]);
+    if (order < 1) return;
+    PSURF__K(triangle_basis)(t, 2, b2);
+    jet->du = jet->dv = psurf__l3_zero();
+    for (l = 0; l < 3; l++)
+        for (k = 0; k + l < 3; k++, at++) {
+            const psurf__lanes weight = psurf__l_mul(psurf__l_all(3), b2[at]);
+            jet->du = psurf__l3_mad(jet->du, weight, PSURF__K(step_of)(row, net, k, l, 0));
+            jet->dv = psurf__l3_mad(jet->dv, weight, PSURF__K(step_of)(row, net, k, l, 1));
+        }
+    if (order < 2) return;
+    jet->duu = jet->duv = jet->dvv = psurf__l3_zero();
+    for (at = 0; at < 3; at++) {
+        const psurf__lanes weight = psurf__l_mul(psurf__l_all(6), t[at]);
+        const psurf__l3 u = PSURF__K(step_of)(row, net, at == 1, at == 2, 0);
+        const psurf__l3 v = PSURF__K(step_of)(row, net, at == 1, at == 2, 1);
+        const psurf__l3 next = PSURF__K(step_of)(row, net, (at == 1) + 1, at == 2, 0);
+        const psurf__l3 above = PSURF__K(step_of)(row, net, at == 1, (at == 2) + 1, 0);
+        const psurf__l3 beyond = PSURF__K(step_of)(row, net, at == 1, (at == 2) + 1, 1);
+        jet->duu = psurf__l3_mad(jet->duu, weight, psurf__l3_sub(next, u));
+        jet->duv = psurf__l3_mad(jet->duv, weight, psurf__l3_sub(above, u));
+        jet->dvv = psurf__l3_mad(jet->dvv, weight, psurf__l3_sub(beyond, v));
+    }
+}
+
+/* Second derivatives by u and v, out of those by t0, t1, t2: along 1 - 0 and 2 - 0. */
+static PSURF__INLINE psurf__lanes PSURF__K(along_uu)(const psurf__lanes dd[6])
+{
+    return psurf__l_add(psurf__l_sub(dd[0], dd[1]), psurf__l_sub(dd[3], dd[1]));
+}
+static PSURF__INLINE psurf__lanes PSURF__K(along_uv)(const psurf__lanes dd[6])
+{
+    return psurf__l_add(psurf__l_sub(dd[0], dd[1]), psurf__l_sub(dd[4], dd[2]));
+}
+static PSURF__INLINE psurf__lanes PSURF__K(along_vv)(const psurf__lanes dd[6])
+{
+    return psurf__l_add(psurf__l_sub(dd[0], dd[2]), psurf__l_sub(dd[5], dd[2]));
+}
+
+/* Adds w x. */
+static PSURF__INLINE void PSURF__K(add_blend)(const PSURF__K(weight) *w, psurf__l3 x, int second,
+                                              PSURF__K(jet) *jet)
+{
+    jet->p = psurf__l3_mad(jet->p, w->v, x);
+    jet->du = psurf__l3_mad(jet->du, psurf__l_sub(w->d[1], w->d[0]), x);
+    jet->dv = psurf__l3_mad(jet->dv, psurf__l_sub(w->d[2], w->d[0]), x);
+    if (!second) return;
+    jet->duu = psurf__l3_mad(jet->duu, PSURF__K(along_uu)(w->dd), x);
+    jet->duv = psurf__l3_mad(jet->duv, PSURF__K(along_uv)(w->dd), x);
+    jet->dvv = psurf__l3_mad(jet->dvv, PSURF__K(along_vv)(w->dd), x);
+}
+
+/* A triangle of any kind but npatch, from local points; p is relative to their origin. */
+static void PSURF__K(triangle_jet)(psurf_kind kind, const psurf__l3 *local,
+                                   const psurf__lanes t[3], int second, PSURF__K(jet) *jet)
+{
+    const uint32_t count = psurf__blend_count(kind);
+    PSURF__K(weight) w[PSURF__MAX_BLENDS];
+    psurf__l3 net[10], x[PSURF__MAX_BLENDS];
+    uint32_t n;
+    PSURF__K(base_net)(kind, local, net);
+    PSURF__K(net_jet)(net, t, second ? 2 : 1, jet);
+    if (count == 0) return;
+    PSURF__K(blend_points)(kind, local, x);
+    PSURF__K(blend_weights)(kind, t, second, w);
+    for (n = 0; n < count; n++) PSURF__K(add_blend)(&w[n], x[n], second, jet);
+}
+
+static void PSURF__K(point_normal_jet)(const psurf__batch *b, const psurf__lanes *t, int second,
+                                       PSURF__K(jet) *jet)
+{
+    psurf__l3 points[PSURF__MAX_POINTS], origin;
+    PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, points);
+    psurf__l3_put(&origin, points[0]);
+    PSURF__K(localise)(b->kind, points, points);
+    PSURF__K(triangle_jet)(b->kind, points, t, second, jet);
+    jet->p = psurf__l3_add(jet->p, origin);
+}
+
+/* a at unit length; zero where nothing is left of it, or NaN. */
+static psurf__l3 PSURF__K(unit_or_zero)(psurf__l3 a)
+{
+    const psurf__lanes q = psurf__l3_dot(a, a), least = psurf__l_all(PSURF__R(1e-12));
+    const psurf__l3 n = psurf__l3_mul(a, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
+    return psurf__l3_select(q, least, n, psurf__l3_zero());
+}
+
+/* [PN]: shading normals by the six normals of a triangle, quadratic, or the nine of a quad; w as
+   jets has it. Zero where they cancel. */
+static psurf__l3 PSURF__K(triangle_shade)(const psurf__l3 normals[6], const psurf__lanes t[3])
+{
+    psurf__l3 sum = psurf__l3_zero();
+    psurf__lanes b2[6];
+    uint32_t k;
+    PSURF__K(triangle_basis)(t, 2, b2);
+    for (k = 0; k < 6; k++) sum = psurf__l3_mad(sum, b2[k], normals[k]);
+    return PSURF__K(unit_or_zero)(sum);
+}
+
+static psurf__l3 PSURF__K(quad_shade)(const psurf__l3 normals[9], const psurf__lanes w[4])
+{
+    psurf__l3 row[3];
+    psurf__lanes u3[4], u2[3], v3[4], v2[3];
+    uint32_t j;
+    PSURF__K(bernstein)(w[0], w[1], u3, u2);
+    PSURF__K(bernstein)(w[2], w[3], v3, v2);
+    for (j = 0; j < 3; j++) {
+        const psurf__l3 *n = normals + 3 * j;
+        row[j] = psurf__l3_mad(psurf__l3_mix(u2[0], n[0], u2[1], n[1]), u2[2], n[2]);
+    }
+    return PSURF__K(unit_or_zero)(
+        psurf__l3_mad(psurf__l3_mix(v2[0], row[0], v2[1], row[1]), v2[2], row[2]));
+}
+
+/* Zero where the surface's normal is meant. */
+static psurf__l3 PSURF__K(batch_shade)(const psurf__batch *b, const psurf__lanes w[4])
+{
+    const psurf__kind_row *row = &psurf__kinds[b->kind];
+    const psurf_real *p[8];
+    psurf__l3 normals[9], shade;
+    uint32_t i;
+    if (!row->shaded) return psurf__l3_zero();
+    for (i = 0; i < 8; i++) p[i] = b->points[i] + 3 * row->control;
+    PSURF__K(points)(p, psurf__kind_table[b->kind].points - row->control, normals);
+    if (row->weights == 4) return PSURF__K(quad_shade)(normals, w);
+    shade = PSURF__K(triangle_shade)(normals, w);
+    if (b->kind != PSURF_NPATCH) return shade;
+    return psurf__l3_select(normals[8].z, psurf__l_all(PSURF__R(0.5)), psurf__l3_zero(), shade);
+}
+
 static void PSURF__K(batch_jet)(const psurf__batch *b, const psurf__lanes w[4], int second,
                                 PSURF__K(jet) *jet)
 {
     psurf__l3 net[PSURF__MAX_NET], centre;
-    if (b->kind == PSURF_BICUBIC) {
+    if (psurf__kinds[b->kind].net) {
+        PSURF__K(point_normal_jet)(b, w, second, jet);
+    } else if (b->kind == PSURF_BICUBIC || b->kind == PSURF_PN_QUAD) {
         PSURF__K(points)(b->points, 16, net);
         PSURF__K(bicubic_jet)(net, w, second, jet);
     } else if (b->kind == PSURF_POLAR) {
@@ -4579,8 +6346,8 @@ static unsigned PSURF__K(unit_cross)(psurf__l3 du, psurf__l3 dv, psurf__l3 *n)
              psurf__l_greater(psurf__l_all(PSURF__LONG), lengths)) & 0xFFu;
 }
 
-/* What the surface does at eight spots of one kind of patch. Returns the lanes (bits) whose normal
-   is not told by du and dv alone. */
+/* What the surface does at eight spots of one kind of patch; shade is zero where it is the normal.
+   Returns the lanes (bits) whose normal is not told by du and dv alone. */
 static unsigned PSURF__K(jets)(const psurf__batch *b, int second, psurf__jet jets[8])
 {
     psurf_real weights[4][8];
@@ -4595,9 +6362,11 @@ static unsigned PSURF__K(jets)(const psurf__batch *b, int second, psurf__jet jet
     }
     jet.duu = jet.duv = jet.dvv = psurf__l3_zero();
     PSURF__K(batch_jet)(b, w, second, &jet);
+    jet.shade = PSURF__K(batch_shade)(b, w);
     unsure = PSURF__K(unit_cross)(jet.du, jet.dv, &normal);
     PSURF__K(scatter)(normal, jets, offsetof(psurf__jet, n));
     PSURF__K(scatter)(jet.p, jets, offsetof(psurf__jet, p));
+    PSURF__K(scatter)(jet.shade, jets, offsetof(psurf__jet, shade));
     PSURF__K(scatter)(jet.du, jets, offsetof(psurf__jet, du));
     PSURF__K(scatter)(jet.dv, jets, offsetof(psurf__jet, dv));
     if (!second) return unsure;
@@ -4607,17 +6376,18 @@ static unsigned PSURF__K(jets)(const psurf__batch *b, int second, psurf__jet jet
     return unsure;
 }
 
-/* The box of the Bezier points round each lane's spot. */
+/* The box of the points round each lane's spot: of all but normals and the like, or of a sector's
+   net. It holds the patch, as every point of it is a sum of them with weights that are not negative
+   and sum to 1: Bernstein polynomials; B1 and B2, which share the weight of b111 between the inner
+   points, [GB] (10) and (1); and the weights of two points at a time that a key is mixed of. */
 static void PSURF__K(hull)(const psurf__batch *b, psurf_real low[3][8], psurf_real high[3][8])
 {
-    const uint32_t m = psurf__kind_sides(b->kind);
-    const int tensor = b->kind == PSURF_BICUBIC || b->kind == PSURF_POLAR;
-    const uint32_t count = tensor ? psurf__kind_table[b->kind].points : 15;
+    const uint32_t control = psurf__kinds[b->kind].control, count = control ? control : 15;
     psurf_real p[3][8];
-    psurf__l3 net[PSURF__MAX_NET], origin = psurf__l3_zero();
+    psurf__l3 net[PSURF__MAX_POINTS], origin = psurf__l3_zero();
     uint32_t i, j, k;
-    if (tensor) PSURF__K(points)(b->points, count, net);
-    else origin = PSURF__K(spot_net)(b, m, net);
+    if (control) PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, net);
+    else origin = PSURF__K(spot_net)(b, psurf__kind_sides(b->kind), net);
     for (j = 0; j < count; j++) {
         psurf__l3_store(p, psurf__l3_add(net[j], origin));
         for (k = 0; k < 3; k++)
@@ -4646,12 +6416,15 @@ typedef struct PSURF__K(facets) {
     psurf__l3 edges[2][4], sides[2][4];         /* on the first and last line; where lines end */
     psurf__l3 inner[PSURF__MAX_SECTORS][3];     /* lines from the corners to the centre */
     psurf__l3 rows[5][4], steps[4][4];          /* by power along a line, then across: see below */
+    psurf__l3 blends[PSURF__MAX_BLENDS];        /* points that rational weights go with */
+    uint32_t corners[4];                        /* places of the corners' normals; 0: none */
 } PSURF__K(facets);
 
 /* A line of theirs. On an edge of the patch p and ends are the edge's. */
 typedef struct PSURF__K(line) {
     const PSURF__K(facets) *facets;
     const psurf__l3 *p, *ends[2];               /* ends: where it ends on sides of the patch */
+    const psurf__l3 *normals[2];                /* there, where they are corners that have one */
     psurf__l3 inside[5], u[4], w[4], on_sides[2];
 } PSURF__K(line);
 
@@ -4684,6 +6457,17 @@ static PSURF__INLINE void PSURF__K(centred)(psurf__l3 p0, psurf__l3 p1, psurf__l
     c[1] = psurf__l3_mul(psurf__l3_add(across, middle), psurf__l_all(PSURF__R(0.75)));
     c[2] = psurf__l3_mul(bend, psurf__l_all(PSURF__R(1.5)));
     c[3] = psurf__l3_mad(across, psurf__l_all(-3), middle);
+}
+
+/* The same of a quadratic, whose points lie so many apart. */
+static PSURF__INLINE void PSURF__K(centred_quadratic)(const psurf__l3 *p, uint32_t apart,
+                                                      psurf__l3 c[3])
+{
+    const psurf__l3 outer = psurf__l3_add(p[0], p[2 * apart]);
+    c[0] = psurf__l3_mul(psurf__l3_mad(outer, psurf__l_all(2), p[apart]),
+                         psurf__l_all(PSURF__R(0.25)));
+    c[1] = psurf__l3_sub(p[2 * apart], p[0]);
+    c[2] = psurf__l3_sub(outer, psurf__l3_mul(p[apart], psurf__l_all(2)));
 }
 
 /* An edge, from points as they are stored. A zero of either sign becomes +0: then none is left
@@ -4811,17 +6595,78 @@ static void PSURF__K(open_sector)(PSURF__K(facets) *f, uint32_t m, uint32_t i)
     f->steps[0][3] = PSURF__K(rise)(net, 3, 0);
 }
 
+/* The normals of a PN quad in place of its steps: biquadratic, by power along, then across. */
+static void PSURF__K(open_shading_quad)(PSURF__K(facets) *f)
+{
+    const psurf__l3 *n = f->points + 16;
+    psurf__l3 along[3][3], across[3];
+    uint32_t i, j;
+    for (j = 0; j < 3; j++) PSURF__K(centred_quadratic)(n + 3 * j, 1, along[j]);
+    for (i = 0; i < 3; i++) {
+        PSURF__K(centred_quadratic)(along[0] + i, 3, across);
+        for (j = 0; j < 3; j++) psurf__l3_put(&f->steps[i][j], across[j]);
+    }
+    for (j = 0; j < 3; j++) f->steps[3][j] = psurf__l3_zero();
+}
+
+/* Steps of a triangle: a quadratic form, whose six points are the ways from row to row of its
+   cubic net, half way between the ends of each step along, three times; or its normals. */
+static void PSURF__K(triangle_steps)(const psurf__l3 net[10], psurf__l3 step[6])
+{
+    static const unsigned char from[6] = {0, 1, 2, 4, 5, 7}, to[6] = {4, 5, 6, 7, 8, 9};
+    uint32_t k;
+    for (k = 0; k < 6; k++) {
+        const psurf__l3 sum = psurf__l3_add(psurf__l3_sub(net[to[k]], net[from[k]]),
+                                            psurf__l3_sub(net[to[k]], net[from[k] + 1]));
+        step[k] = psurf__l3_mul(sum, psurf__l_all(PSURF__R(1.5)));
+    }
+}
+
+/* rows and steps of a triangle, as those of a sector: of its cubic net and the net's derivative
+   towards corner 2, or of its normals. */
+static void PSURF__K(open_triangle)(PSURF__K(facets) *f, const psurf__group *g)
+{
+    const unsigned char (*e)[4] = psurf__kinds[g->kind].edge;
+    const psurf__l3 *a = f->points;
+    psurf__l3 net[10], step[6];
+    PSURF__K(edge)(a + e[0][0], a + e[0][1], a + e[0][2], a + e[0][3], f->edges[0]);
+    PSURF__K(edge)(a + e[2][3], a + e[2][2], a + e[2][1], a + e[2][0], f->sides[0]);
+    PSURF__K(edge)(a + e[1][0], a + e[1][1], a + e[1][2], a + e[1][3], f->sides[1]);
+    PSURF__K(base_net)(g->kind, f->local, net);
+    PSURF__K(blend_points)(g->kind, f->local, f->blends);
+    PSURF__K(cubic_row)(net, 0, f->rows);
+    PSURF__K(quadratic_row)(net + 4, 1, f->rows);
+    PSURF__K(linear_row)(net + 7, 2, f->rows);
+    psurf__l3_put(&f->rows[0][3], net[9]);
+    PSURF__K(triangle_steps)(net, step);
+    if (g->normals == PSURF__SHADING) a += 10;
+    else a = step;
+    PSURF__K(quadratic_row)(a, 0, f->steps);
+    PSURF__K(linear_row)(a + 3, 1, f->steps);
+    psurf__l3_put(&f->steps[0][2], a[5]);
+}
+
 static void PSURF__K(open_facets)(const psurf__group *g, PSURF__K(facets) *f)
 {
     const uint32_t count = psurf__kind_table[g->kind].points, m = psurf__kind_sides(g->kind);
+    const psurf__kind_row *row = &psurf__kinds[g->kind];
+    const uint32_t control = row->sectors > 1 ? count : row->control;
+    const int centred = row->sectors > 1 || g->kind == PSURF_POLAR;
     uint32_t i;
     PSURF__K(points)(g->points, count, f->points);
-    psurf__l3_put(&f->origin, f->points[g->kind == PSURF_BICUBIC ? 0 : count - 1]);
-    for (i = 0; i < count; i++) f->local[i] = psurf__l3_sub(f->points[i], f->origin);
-    PSURF__K(find_parallel)(f, count);
-    if (g->kind == PSURF_BICUBIC) PSURF__K(open_bicubic)(f);
-    else if (g->kind == PSURF_POLAR) PSURF__K(open_polar)(f);
-    else
+    psurf__l3_put(&f->origin, f->points[centred ? count - 1 : 0]);
+    for (i = 0; i < control; i++) f->local[i] = psurf__l3_sub(f->points[i], f->origin);
+    for (; i < count; i++) psurf__l3_put(&f->local[i], f->points[i]);
+    for (i = 0; i < 4; i++) f->corners[i] = row->normal[i];
+    PSURF__K(find_parallel)(f, control);
+    if (g->kind == PSURF_BICUBIC || g->kind == PSURF_PN_QUAD) {
+        PSURF__K(open_bicubic)(f);
+        if (g->normals == PSURF__SHADING) PSURF__K(open_shading_quad)(f);
+    } else if (g->kind == PSURF_POLAR) {
+        PSURF__K(open_polar)(f);
+    } else if (psurf__kinds[g->kind].sectors == 1) {
+        PSURF__K(open_triangle)(f, g);
+    } else
         for (i = 0; i < m; i++)
             PSURF__K(inner_line)(f->local + PSURF__SECTOR * i,
                                  f->local + PSURF__SECTOR * psurf__preceding(i, m), m,
@@ -4852,12 +6697,21 @@ static PSURF__INLINE psurf__l3 PSURF__K(sum)(const psurf_real *b, const psurf__l
     return sum;
 }
 
+/* The normals at the ends of a line between corners i and j, where patches store them. */
+static PSURF__INLINE void PSURF__K(take_corners)(const PSURF__K(facets) *f, uint32_t i, uint32_t j,
+                                                 PSURF__K(line) *line)
+{
+    line->normals[0] = f->corners[0] ? f->points + f->corners[i] : NULL;
+    line->normals[1] = f->corners[0] ? f->points + f->corners[j] : NULL;
+}
+
 /* A line inside has points of its own, and ends on sides unless there are none; */
 static void PSURF__K(take_inside)(const psurf__l3 (*sides)[4], psurf_real x, PSURF__K(line) *line)
 {
     line->p = line->inside;
     line->ends[0] = &line->on_sides[0];
     line->ends[1] = &line->on_sides[1];
+    line->normals[0] = line->normals[1] = NULL;
     if (!sides) return;
     line->on_sides[0] = PSURF__K(cubic_at)(sides[0], x);
     line->on_sides[1] = PSURF__K(cubic_at)(sides[1], x);
@@ -4870,6 +6724,7 @@ static void PSURF__K(take_edge)(const psurf__l3 edge[4], const psurf__l3 *v0, co
     line->p = edge;
     line->ends[0] = v0;
     line->ends[1] = v1;
+    line->normals[0] = line->normals[1] = NULL;
 }
 
 static void PSURF__K(bicubic_line)(const PSURF__K(facets) *f, const psurf__run *r,
@@ -4892,6 +6747,7 @@ static void PSURF__K(bicubic_line)(const PSURF__K(facets) *f, const psurf__run *
     if (!r->edge) PSURF__K(take_inside)(f->sides, x, line);
     else if (r->d == 0) PSURF__K(take_edge)(f->edges[0], a, a + 3, line);
     else PSURF__K(take_edge)(f->edges[1], a + 12, a + 15, line);
+    if (r->edge) PSURF__K(take_corners)(f, r->d ? 3 : 0, r->d ? 2 : 1, line);
 }
 
 /* u is divided by 1-v, as in polar_jet. The line at the pole is the pole. */
@@ -4941,6 +6797,31 @@ static void PSURF__K(sector_inside)(const PSURF__K(facets) *f, const psurf__run 
     PSURF__K(take_inside)(NULL, 0, line);
 }
 
+/* A line of a triangle, from rows[i][l] by c^l g^(3-l-i), as those of sectors are. */
+static void PSURF__K(triangle_line)(const PSURF__K(facets) *f, const psurf__run *r,
+                                    PSURF__K(line) *line)
+{
+    const psurf_real rate = PSURF__R(r->group->rate), x = (2 * PSURF__R(r->d) - rate) / (2 * rate);
+    const psurf__weights at = psurf__weights_of(r->n, r->group->rate);
+    const unsigned char (*e)[4] = psurf__kinds[r->group->kind].edge;
+    const psurf__l3 *a = f->points + e[0][0], *b = f->points + e[0][3], *c = f->points + e[2][0];
+    psurf__l3 *p = line->inside;
+    p[0] = PSURF__K(sum)(at.w[0], f->rows[0], 4);
+    p[1] = PSURF__K(sum)(at.w[1], f->rows[1], 3);
+    p[2] = PSURF__K(sum)(at.w[2], f->rows[2], 2);
+    psurf__l3_put(&p[3], f->rows[3][0]);
+    line->w[0] = PSURF__K(sum)(at.q[0], f->steps[0], 3);
+    line->w[1] = PSURF__K(sum)(at.q[1], f->steps[1], 2);
+    psurf__l3_put(&line->w[2], f->steps[2][0]);
+    psurf__l3_put(&line->u[0], p[1]);
+    line->u[1] = psurf__l3_mul(p[2], psurf__l_all(2));
+    line->u[2] = psurf__l3_mul(p[3], psurf__l_all(3));
+    if (!r->edge) PSURF__K(take_inside)(f->sides, x, line);
+    else if (r->d == 0) PSURF__K(take_edge)(f->edges[0], a, b, line);
+    else PSURF__K(take_edge)(line->inside, c, c, line);
+    if (r->edge) PSURF__K(take_corners)(f, r->d ? 2 : 0, r->d ? 2 : 1, line);
+}
+
 /* The line on the sector's edge, where c is 0 and g is 1/2. */
 static void PSURF__K(sector_edge)(const PSURF__K(facets) *f, const psurf__run *r, uint32_t m,
                                   PSURF__K(line) *line)
@@ -4958,9 +6839,9 @@ static void PSURF__K(sector_edge)(const PSURF__K(facets) *f, const psurf__run *r
     PSURF__K(take_edge)(f->edges[0], v0, v1, line);
 }
 
-/* Looks closer at the normals of some lanes, bits of unsure. */
-static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, psurf__l3 w,
-                                psurf__l3 n, unsigned unsure)
+/* Looks closer at the normals of some lanes, bits of unsure. direction: u and w do not count. */
+static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, int direction, psurf__l3 u,
+                                psurf__l3 w, psurf__l3 n, unsigned unsure)
 {
     psurf_real us[3][8], ws[3][8], ns[3][8];
     uint32_t i;
@@ -4968,7 +6849,7 @@ static psurf__l3 PSURF__K(mend)(const psurf__run *r, uint32_t k, psurf__l3 u, ps
     psurf__l3_store(ws, w);
     psurf__l3_store(ns, n);
     for (i = 0; i < 8; i++)                             /* those that repeat the first as well */
-        if (unsure >> i & 1) psurf__mend_normal(r, k, i, us, ws, ns);
+        if (unsure >> i & 1) psurf__mend_normal(r, k, i, direction, us, ws, ns);
     n.x = psurf__l_load(ns[0]);
     n.y = psurf__l_load(ns[1]);
     n.z = psurf__l_load(ns[2]);
@@ -4987,10 +6868,11 @@ static PSURF__INLINE void PSURF__K(both_sides)(const psurf__l3 *c, int degree, p
     *behind = psurf__l3_add(even, odd);
 }
 
-/* One sample of all lanes to where the cursor points. */
+/* One sample of all lanes to where the cursor points. The normal has the direction of u x w, or of
+   w where that is a normal itself. */
 static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(line) *line,
                                           uint32_t k, psurf__l3 p, psurf__l3 u, psurf__l3 w,
-                                          int normals, psurf__cursor *c)
+                                          int normals, int direction, psurf__cursor *c)
 {
     psurf__lanes q;
     psurf__l3 n;
@@ -5000,11 +6882,11 @@ static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(li
         psurf__advance(c);
         return;
     }
-    n = psurf__l3_cross(u, w);
+    n = direction ? w : psurf__l3_cross(u, w);
     q = psurf__l3_dot(n, n);
-    sure = psurf__l_greater(q, line->facets->parallel);
+    sure = psurf__l_greater(q, direction ? psurf__l_all(PSURF__VANISHING) : line->facets->parallel);
     n = psurf__l3_mul(n, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
-    if (!PSURF__LIKELY(sure == 0xFFu)) n = PSURF__K(mend)(r, k, u, w, n, ~sure);
+    if (!PSURF__LIKELY(sure == 0xFFu)) n = PSURF__K(mend)(r, k, direction, u, w, n, ~sure);
     if (c->interleaved) {
         psurf__l_write6(p.x, p.y, p.z, n.x, n.y, n.z, c->p, c->p_at);
     } else {
@@ -5012,6 +6894,18 @@ static PSURF__INLINE void PSURF__K(write)(const psurf__run *r, const PSURF__K(li
         psurf__l_write3(n.x, n.y, n.z, c->n, c->n_at);
     }
     psurf__advance(c);
+}
+
+/* The ends of a line that are corners with normals of their own: "at a corner" [GB] has the normal
+   that it was given, whatever the patch has around it. */
+static void PSURF__K(put_corners)(const psurf__run *r, const PSURF__K(line) *line, psurf__l3 first,
+                                  psurf__l3 last, psurf__cursor cursors[2])
+{
+    const psurf__l3 *n = line->normals[0];
+    if (r->begin == 0) PSURF__K(write)(r, line, 0, first, *n, *n, 1, 1, &cursors[0]);
+    n = line->normals[1];
+    if (r->n < r->end && r->n > 0)
+        PSURF__K(write)(r, line, r->n, last, *n, *n, 1, 1, &cursors[1]);
 }
 
 /* Samples k and n-k of a line, k0 <= k < k1, as far as they are wanted: forth from its beginning
@@ -5035,29 +6929,191 @@ static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(
             if (!edge) last = psurf__l3_add(*origin, last);
         }
         u_first = u_last = w_first = w_last = first;
-        if (normals) {
+        if (normals) PSURF__K(both_sides)(line->w, 3, h, hh, &w_first, &w_last);
+        if (normals == PSURF__SURFACE)
             PSURF__K(both_sides)(line->u, quartic ? 3 : 2, h, hh, &u_first, &u_last);
-            PSURF__K(both_sides)(line->w, 3, h, hh, &w_first, &w_last);
+        if (edge && !quartic && normals && k == 0 && line->normals[0]) {
+            PSURF__K(put_corners)(r, line, first, last, cursors);
+            continue;
         }
         if (PSURF__LIKELY(k >= r->begin))
-            PSURF__K(write)(r, line, k, first, u_first, w_first, normals, &cursors[0]);
+            PSURF__K(write)(r, line, k, first, u_first, w_first, normals,
+                            normals == PSURF__SHADING, &cursors[0]);
         if (PSURF__LIKELY(r->n - k < r->end && 2 * k != r->n))
-            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals, &cursors[1]);
+            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals,
+                            normals == PSURF__SHADING, &cursors[1]);
+    }
+}
+
+/* Weights of the blends of eight samples of a line: value, and derivatives along and across. */
+typedef struct PSURF__K(blended) {
+    psurf_real p[PSURF__MAX_BLENDS][8], u[PSURF__MAX_BLENDS][8], w[PSURF__MAX_BLENDS][8];
+} PSURF__K(blended);
+
+/* Of samples k, k + step, k + 2 step ... as far as the line goes. */
+static void PSURF__K(weigh)(const psurf__run *r, uint32_t k, int step, PSURF__K(blended) *out)
+{
+    const psurf_real rate = PSURF__R(r->group->rate);
+    const uint32_t blends = psurf__blend_count(r->group->kind);
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5));
+    PSURF__K(weight) weight[PSURF__MAX_BLENDS];
+    psurf_real at[2][8];
+    psurf__lanes t[3];
+    uint32_t i;
+    for (i = 0; i < 8; i++) {
+        at[0][i] = PSURF__R(r->n - k) / rate;
+        at[1][i] = PSURF__R(k) / rate;
+        if (step > 0 ? k < r->n : k > 0) k = step > 0 ? k + 1 : k - 1;
+    }
+    t[0] = psurf__l_load(at[0]);
+    t[1] = psurf__l_load(at[1]);
+    t[2] = psurf__l_all(PSURF__R(r->d) / rate);
+    PSURF__K(blend_weights)(r->group->kind, t, 0, weight);
+    for (i = 0; i < blends; i++) {
+        const psurf__lanes *d = weight[i].d, sum = psurf__l_add(d[0], d[1]);
+        psurf__l_store(out->p[i], weight[i].v);
+        psurf__l_store(out->u[i], psurf__l_sub(d[1], d[0]));
+        psurf__l_store(out->w[i], psurf__l_sub(d[2], psurf__l_mul(half, sum)));
+    }
+}
+
+/* What the blends add to sample i of those eight. */
+static PSURF__INLINE psurf__l3 PSURF__K(blend)(psurf__l3 sum, psurf_real (*weights)[8], uint32_t i,
+                                               const psurf__l3 *points, uint32_t blends)
+{
+    uint32_t b;
+    for (b = 0; b < blends; b++)
+        sum = psurf__l3_mad(sum, psurf__l_all(weights[b][i]), points[b]);
+    return sum;
+}
+
+/* The same of triangles: a cubic, and what is blended into it. */
+static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PSURF__K(line) *line,
+                                                   uint32_t k0, uint32_t k1, uint32_t blends,
+                                                   int normals, psurf__cursor cursors[2])
+{
+    const psurf__l3 *origin = &line->facets->origin, *x = line->facets->blends;
+    PSURF__K(blended) forth, back;
+    uint32_t k, i = 0;
+    for (k = k0; k < k1; k++, i = (i + 1) % 8) {
+        const psurf_real from_middle = PSURF__R(r->n - 2 * k) / r->span;
+        const psurf__lanes h = psurf__l_all(from_middle);
+        const psurf__lanes hh = psurf__l_all(from_middle * from_middle);
+        psurf__l3 first, last, u_first, u_last, w_first, w_last;
+        if (blends && i == 0) {
+            PSURF__K(weigh)(r, k, 1, &forth);
+            PSURF__K(weigh)(r, r->n - k, -1, &back);
+        }
+        if (k == 0) {
+            psurf__l3_put(&first, *line->ends[0]);
+            psurf__l3_put(&last, *line->ends[1]);
+        } else {
+            PSURF__K(both_sides)(line->p, 3, h, hh, &first, &last);
+            if (!r->edge) {
+                first = psurf__l3_add(*origin, PSURF__K(blend)(first, forth.p, i, x, blends));
+                last = psurf__l3_add(*origin, PSURF__K(blend)(last, back.p, i, x, blends));
+            }
+        }
+        u_first = u_last = w_first = w_last = first;
+        if (normals) PSURF__K(both_sides)(line->w, 2, h, hh, &w_first, &w_last);
+        if (normals == PSURF__SURFACE) {
+            PSURF__K(both_sides)(line->u, 2, h, hh, &u_first, &u_last);
+            u_first = PSURF__K(blend)(u_first, forth.u, i, x, blends);
+            w_first = PSURF__K(blend)(w_first, forth.w, i, x, blends);
+            u_last = PSURF__K(blend)(u_last, back.u, i, x, blends);
+            w_last = PSURF__K(blend)(w_last, back.w, i, x, blends);
+        }
+        if (normals && k == 0 && line->normals[0]) {
+            PSURF__K(put_corners)(r, line, first, last, cursors);
+            continue;
+        }
+        PSURF__K(write)(r, line, k, first, u_first, w_first, normals, normals == PSURF__SHADING,
+                        &cursors[0]);
+        if (2 * k != r->n)
+            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals,
+                            normals == PSURF__SHADING, &cursors[1]);
+    }
+}
+
+static void PSURF__K(triangle_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                                       uint32_t k1, psurf__cursor cursors[2])
+{
+    const int normals = (int)r->group->normals;
+    switch (psurf__blend_count(r->group->kind) + (uint32_t)normals) {
+    case 0: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__NO_NORMALS, cursors); return;
+    case 1: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SURFACE, cursors); return;
+    case 2: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SHADING, cursors); return;
+    case 7: PSURF__K(triangle_pairs)(r, line, k0, k1, 6, PSURF__SURFACE, cursors); return;
+    case 10: PSURF__K(triangle_pairs)(r, line, k0, k1, 9, PSURF__SURFACE, cursors); return;
+    case 13: PSURF__K(triangle_pairs)(r, line, k0, k1, 12, PSURF__SURFACE, cursors); return;
+    default:
+        PSURF__K(triangle_pairs)(r, line, k0, k1, psurf__blend_count(r->group->kind), normals,
+                                 cursors);
+    }
+}
+
+/* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample. */
+static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                                     uint32_t k1, psurf__cursor cursors[2])
+{
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), exact = line->facets->local[18].z;
+    const int exactly = psurf__l_greater(exact, half) != 0;     /* to shade with the surface's */
+    const psurf__normals normals = r->group->normals;
+    const psurf_real rate = PSURF__R(r->group->rate);
+    uint32_t k, side;
+    for (k = k0; k < k1; k++) {
+        const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
+        const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
+        psurf__l3 p[2], w[2];
+        PSURF__K(jet) jet;
+        if (k > 0 && r->edge) PSURF__K(both_sides)(line->p, 3, h, hh, &p[0], &p[1]);
+        if (normals == PSURF__SHADING) PSURF__K(both_sides)(line->w, 2, h, hh, &w[0], &w[1]);
+        for (side = 0; side < 2; side++) {
+            const uint32_t at = side ? r->n - k : k;
+            psurf__lanes t[3];
+            if (side && 2 * k == r->n) continue;
+            t[0] = psurf__l_all(PSURF__R(r->n - at) / rate);
+            t[1] = psurf__l_all(PSURF__R(at) / rate);
+            t[2] = psurf__l_all(PSURF__R(r->d) / rate);
+            if (k > 0 || normals == PSURF__SURFACE || exactly)
+                PSURF__K(npatch)(line->facets->local, t, normals == PSURF__SURFACE || exactly,
+                                 &jet);
+            if (k == 0) psurf__l3_put(&p[side], *line->ends[side]);
+            else if (!r->edge) p[side] = psurf__l3_add(line->facets->origin, jet.p);
+            if (normals == PSURF__SHADING && !exactly) jet.dv = w[side];
+            else if (normals == PSURF__SHADING)
+                jet.dv = psurf__l3_select(exact, half, psurf__l3_cross(jet.du, jet.dv), w[side]);
+            if (normals && k == 0 && line->normals[0]) jet.dv = *line->normals[side];
+            PSURF__K(write)(r, line, at, p[side], jet.du, jet.dv, normals != PSURF__NO_NORMALS,
+                            normals == PSURF__SHADING || (k == 0 && line->normals[0]),
+                            &cursors[side]);
+        }
     }
 }
 
 static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
                                   uint32_t k1, psurf__cursor cursors[2])
 {
-    switch ((r->tensor ? 0 : 4) + (r->edge ? 2 : 0) + (r->group->normals ? 1 : 0)) {
-    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, 0, cursors); return;
-    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, 1, cursors); return;
-    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 1, 0, cursors); return;
-    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, 1, cursors); return;
-    case 4: PSURF__K(samples)(r, line, k0, k1, 1, 0, 0, cursors); return;
-    case 5: PSURF__K(samples)(r, line, k0, k1, 1, 0, 1, cursors); return;
-    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 1, 0, cursors); return;
-    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, 1, cursors); return;
+    const psurf_kind kind = r->group->kind;
+    if (kind == PSURF_NPATCH) {
+        PSURF__K(npatch_samples)(r, line, k0, k1, cursors);
+        return;
+    }
+    if (r->tensor && psurf__kind_sides(kind) == 3 && kind != PSURF_POLAR) {
+        PSURF__K(triangle_samples)(r, line, k0, k1, cursors);
+        return;
+    }
+    switch ((r->tensor ? 0 : 6) + (r->edge ? 3 : 0) + (int)r->group->normals) {
+    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__NO_NORMALS, cursors); return;
+    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__SURFACE, cursors); return;
+    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__SHADING, cursors); return;
+    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__NO_NORMALS, cursors); return;
+    case 4: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__SURFACE, cursors); return;
+    case 5: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__SHADING, cursors); return;
+    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 0, PSURF__NO_NORMALS, cursors); return;
+    case 7: PSURF__K(samples)(r, line, k0, k1, 1, 0, PSURF__SURFACE, cursors); return;
+    case 9: PSURF__K(samples)(r, line, k0, k1, 1, 1, PSURF__NO_NORMALS, cursors); return;
+    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, PSURF__SURFACE, cursors); return;
     }
 }
 
@@ -5119,14 +7175,16 @@ static void PSURF__K(put_tensor_line)(const PSURF__K(facets) *f, psurf__run *r)
 {
     const uint32_t rate = r->group->rate;
     const int polar = r->group->kind == PSURF_POLAR;
+    const int three = psurf__kind_sides(r->group->kind) == 3;
     PSURF__K(line) line;
-    r->n = polar ? rate - r->d : rate;
-    r->span = PSURF__R(r->n ? 2 * r->n : 1);
+    r->n = three ? rate - r->d : rate;
+    r->span = PSURF__R(three && !polar ? 2 * rate : r->n ? 2 * r->n : 1);
     r->edge = r->d == 0 || r->d == rate;
     r->begin = 0;
     r->end = r->n + 1;
     line.facets = f;
     if (polar) PSURF__K(polar_line)(f, r, &line);
+    else if (three) PSURF__K(triangle_line)(f, r, &line);
     else PSURF__K(bicubic_line)(f, r, &line);
     PSURF__K(put_line)(r, &line);
 }
@@ -5157,7 +7215,7 @@ static void PSURF__K(lattice)(const psurf__group *g)
     psurf__run r;
     r.group = g;
     r.sector = 0;
-    r.tensor = g->kind == PSURF_BICUBIC || g->kind == PSURF_POLAR;
+    r.tensor = psurf__kinds[g->kind].sectors == 1;
     PSURF__K(open_facets)(g, &f);
     for (r.d = 0; r.tensor && r.d <= g->rate; r.d++) PSURF__K(put_tensor_line)(&f, &r);
     for (; !r.tensor && r.sector < m; r.sector++) {
@@ -5253,6 +7311,7 @@ static psurf__v3 psurf__edge_point(psurf__v3 v0, psurf__v3 t0, psurf__v3 t1, psu
 
 /* A facet ready to be evaluated. */
 typedef struct psurf__view {
+    psurf_kind kind;
     const psurf__kind_row *row;
     const psurf_real *points;
     uint32_t turn;
@@ -5260,37 +7319,20 @@ typedef struct psurf__view {
 
 static psurf__view psurf__view_facet(const psurf_patches *p, uint32_t facet)
 {
-    const psurf_kind kind = psurf__facet_kind(p->topology, facet);
+    const psurf_kind filed = psurf__facet_kind(p->topology, facet);
     psurf__view view;
-    view.row = &psurf__kinds[kind];
-    view.points = psurf__patch_points(p, kind, facet);
+    view.kind = psurf__patch_kind(p, filed);
+    view.row = &psurf__kinds[view.kind];
+    view.points = psurf__patch_points(p, filed, facet);
     view.turn = psurf__turn(p->topology, facet);
     return view;
-}
-
-/* du x dv at unit length; 0 where the two are parallel to working precision. The common case is one
-   cross product and one square root; extreme lengths take the scaled path. */
-static psurf__v3 psurf__unit_cross(psurf__v3 du, psurf__v3 dv)
-{
-    const psurf_real eps = PSURF__PARALLEL;
-    psurf__v3 n = psurf__cross(du, dv);
-    psurf_real q = psurf__dot(n, n), lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
-    if (!(lengths > PSURF__SHORT && lengths < PSURF__LONG)) {
-        du = psurf__scaled(du);
-        dv = psurf__scaled(dv);
-        n = psurf__cross(du, dv);
-        q = psurf__dot(n, n);
-        lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
-    }
-    if (q <= eps * eps * lengths) return psurf__zero();
-    return psurf__mul(n, 1 / psurf__sqrt(q));
 }
 
 /* Moves a spot a little towards the middle of its domain. */
 static void psurf__move_inside(psurf_kind kind, psurf__spot *spot)
 {
-    const uint32_t count = psurf__kinds[kind].sectors == 1 ? 4 : 3;
-    const psurf_real middle = psurf__kinds[kind].sectors == 1 ? PSURF__R(0.5) : PSURF__R(1.0 / 3.0);
+    const uint32_t count = psurf__kinds[kind].weights;
+    const psurf_real middle = count == 4 ? PSURF__R(0.5) : PSURF__R(1.0 / 3.0);
     uint32_t k;
     for (k = 0; k < count; k++)
         spot->w[k] = spot->w[k] + PSURF__R(1.0 / 1024.0) * (middle - spot->w[k]);
@@ -5309,6 +7351,18 @@ static void psurf__lone_batch(psurf__batch *b, psurf_kind kind, const psurf_real
     }
 }
 
+/* First derivatives at a spot. */
+static void psurf__slopes(psurf_kind kind, const psurf_real *points, const psurf__spot *spot,
+                          psurf__v3 *du, psurf__v3 *dv)
+{
+    psurf__jet jets[8];
+    psurf__batch batch;
+    psurf__lone_batch(&batch, kind, points, spot);
+    psurf__best_kernels()->jets(&batch, 0, jets);
+    *du = jets[0].du;
+    *dv = jets[0].dv;
+}
+
 /* The unit normal. Where du and dv are parallel, as on a crease of blend ratio 0, it is the
    one-sided normal a little inside; 0 if there is none either. */
 static psurf__v3 psurf__normal(psurf_kind kind, const psurf_real *points, const psurf__spot *spot,
@@ -5316,16 +7370,14 @@ static psurf__v3 psurf__normal(psurf_kind kind, const psurf_real *points, const 
 {
     psurf__v3 n = psurf__unit_cross(du, dv);
     psurf__spot inside = *spot;
-    psurf__jet near_by[8];
-    psurf__batch batch;
     if (psurf__dot(n, n) > 0) return n;
     psurf__move_inside(kind, &inside);
-    psurf__lone_batch(&batch, kind, points, &inside);
-    psurf__best_kernels()->jets(&batch, 0, near_by);
-    return psurf__unit_cross(near_by[0].du, near_by[0].dv);
+    psurf__slopes(kind, points, &inside, &du, &dv);
+    return psurf__unit_cross(du, dv);
 }
 
-static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
+/* direction: the normal that was to be written vanishes; that of the surface takes its place. */
+static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane, int direction,
                                psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8])
 {
     const psurf__group *g = run->group;
@@ -5352,6 +7404,7 @@ static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
         spot.w[2] = (rate - steps) / rate;
         spot.w[3] = 0;
     }
+    if (direction) psurf__slopes(g->kind, g->points[lane], &spot, &du, &dv);
     normal = psurf__normal(g->kind, g->points[lane], &spot, du, dv);
     n[0][lane] = normal.x;
     n[1][lane] = normal.y;
@@ -5369,23 +7422,37 @@ static psurf_real psurf__clamp(psurf_real x)
 /* A place on a face: weights w over the denominator d, as chapter 6 takes them. */
 typedef struct psurf__place {
     uint32_t face, size, sector;
+    uint32_t shape;                     /* what w are: of a triangle 3, a square 4, a sector 5 */
     psurf_real w[4], d;
 } psurf__place;
 
-/* The place of a sample of any bytes. */
+/* What the parameters of a sector of a face are: pieces of faces that are split from an apex, of
+   five corners or more, have those of a triangle or a square. */
+static uint32_t psurf__shape_of(const psurf_topology *t, uint32_t size, uint32_t sector)
+{
+    if (size < 5) return size;
+    return t->split == PSURF_SPLIT_PM ? 5 : psurf__piece_size(t->split, size, sector);
+}
 
+static uint32_t psurf__sectors_of(const psurf_topology *t, uint32_t size)
+{
+    return size < 5 ? 1 : psurf__piece_count(t->split, size);
+}
+
+/* The place of a sample of any bytes. */
 static psurf__place psurf__find_place(const psurf_topology *t, const psurf_sample *sample)
 {
     psurf__place place;
     psurf_real u = psurf__clamp(sample->u), v = psurf__clamp(sample->v), rest;
+    uint32_t sectors;
     place.d = 1;
     place.face = sample->face < t->info.faces ? sample->face : t->info.faces - 1;
     place.size = psurf__face_size(t, place.face);
-    place.sector = place.size < 5                ? 0
-                   : sample->sector < place.size ? sample->sector
-                                                 : place.size - 1;
+    sectors = psurf__sectors_of(t, place.size);
+    place.sector = place.size < 5 ? 0 : sample->sector < sectors ? sample->sector : sectors - 1;
+    place.shape = psurf__shape_of(t, place.size, place.sector);
     place.w[3] = v;
-    if (place.size == 4) {
+    if (place.shape == 4) {
         place.w[0] = 1 - u;
         place.w[1] = u;
         place.w[2] = 1 - v;
@@ -5398,52 +7465,75 @@ static psurf__place psurf__find_place(const psurf_topology *t, const psurf_sampl
         v = 1 - u;
         rest = 0;
     }
-    place.w[0] = place.size == 3 ? rest : u;
-    place.w[1] = place.size == 3 ? u : v;
-    place.w[2] = place.size == 3 ? v : rest;
+    place.w[0] = place.shape == 3 ? rest : u;
+    place.w[1] = place.shape == 3 ? u : v;
+    place.w[2] = place.shape == 3 ? v : rest;
     return place;
 }
 
-/* The row that cuts a face into sectors as P3, P4, P5 are: its pieces if it is split. */
-static const psurf__kind_row *psurf__sector_row(uint32_t size)
+/* The row that cuts a split face into its pieces, and how it is turned: that of P3, P4, P5 for pm.
+   NULL where parameters are those of the pieces. */
+static const psurf__kind_row *psurf__split_row(const psurf_topology *t, uint32_t face,
+                                               uint32_t size, uint32_t *turn)
 {
-    return &psurf__kinds[PSURF_P3 + (size < 5 ? size : 5) - 3];
-}
-
-/* From a face to its facet. Of a split face it is a piece, a triangle of two corners and the
-   centre: sector and weights become those of the piece, outer keeps where it lies. */
-static uint32_t psurf__enter_piece(const psurf_topology *t, uint32_t face, uint32_t size,
-                                   uint32_t *sector, psurf_real *w, psurf__spot *outer)
-{
-    const uint32_t facet = t->face_facet[face];
-    uint32_t k;
-    outer->sector = PSURF_NONE;
-    if (!(t->facets[facet].piece & PSURF_SPLIT_FACE)) return facet;
-    psurf__sector_row(size)->locate(0, *sector, w, 1, outer);
-    *sector = 0;
-    for (k = 0; k < 3; k++) w[k] = outer->w[k];
-    return facet + outer->sector;
+    *turn = 0;
+    if (!psurf__is_split(t, face)) return NULL;
+    if (t->split == PSURF_SPLIT_PM) return &psurf__kinds[PSURF_P3 + (size < 5 ? size : 5) - 3];
+    *turn = psurf__face_apex(t, face);
+    return size == 4 ? &psurf__halves : NULL;
 }
 
 /* Places become batches in blocks of this many. */
 #define PSURF__BLOCK 32u
 
-/* A place on its facet. */
+/* A place on its facet. Of a split face it lies on a piece: outer keeps where. */
 typedef struct psurf__target {
     psurf__view view;
-    psurf_kind kind;
-    uint32_t outer_size;                /* of the split face, or 0 */
+    const psurf__kind_row *outer_row;   /* that cut the face, or NULL */
+    uint32_t outer_turn;
     psurf__spot spot, outer;
 } psurf__target;
 
 static void psurf__find_target(const psurf_patches *p, psurf__place place, psurf__target *target)
 {
-    const uint32_t facet = psurf__enter_piece(p->topology, place.face, place.size, &place.sector,
-                                              place.w, &target->outer);
-    target->outer_size = target->outer.sector == PSURF_NONE ? 0 : place.size;
-    target->kind = psurf__facet_kind(p->topology, facet);
-    target->view = psurf__view_facet(p, facet);
+    const psurf_topology *t = p->topology;
+    uint32_t piece = psurf__shape_of(t, place.size, 0) == 5 ? 0 : place.sector, k;
+    target->outer_row = psurf__split_row(t, place.face, place.size, &target->outer_turn);
+    if (target->outer_row) {
+        target->outer_row->locate(target->outer_turn, place.sector, place.w, 1, &target->outer);
+        piece = target->outer.sector;
+        place.sector = 0;
+        for (k = 0; k < 3; k++) place.w[k] = target->outer.w[k];
+    }
+    target->view = psurf__view_facet(p, psurf__piece_facet(t, place.face, place.size, piece));
     target->view.row->locate(target->view.turn, place.sector, place.w, place.d, &target->spot);
+}
+
+/* The corner with a stored normal that a spot lies at, or PSURF_NONE. */
+static uint32_t psurf__spot_corner(const psurf__kind_row *row, const psurf_real *w)
+{
+    static const unsigned char both[4][2] = {{0, 2}, {1, 2}, {1, 3}, {0, 3}};   /* of a square */
+    const psurf_real most = PSURF__R(1 - 1e-6);
+    uint32_t k;
+    for (k = 0; row->normal[0] && k < row->weights; k++) {
+        const uint32_t i = row->weights == 3 ? k : both[k][0];
+        const uint32_t j = row->weights == 3 ? k : both[k][1];
+        if (w[i] >= most && w[j] >= most) return k;
+    }
+    return PSURF_NONE;
+}
+
+/* At a corner all point-normal patches have the normal they were given, and no curvature: the
+   rational ones tend to the one, but not to the other. */
+static void psurf__meet_corner(const psurf__target *t, psurf__jet *jet)
+{
+    const uint32_t k = psurf__spot_corner(t->view.row, t->spot.w);
+    psurf__v3 n;
+    if (k == PSURF_NONE) return;
+    n = psurf__get(t->view.points + 3 * t->view.row->normal[k]);
+    if (psurf__dot(n, n) > 0) jet->n = n;
+    jet->curved = 0;
+    jet->duu = jet->duv = jet->dvv = psurf__zero();
 }
 
 /* From the patch to the face: on an edge the position is that of the edge; derivatives are with
@@ -5458,8 +7548,10 @@ static void psurf__finish_jet(const psurf__target *t, int second, psurf__jet *je
                                    psurf__get(c + 3 * e[2]), psurf__get(c + 3 * e[3]), t->spot.x);
     }
     if (!second) jet->duu = jet->duv = jet->dvv = psurf__zero();
+    psurf__meet_corner(t, jet);
+    if (!(psurf__dot(jet->shade, jet->shade) > 0)) jet->shade = jet->n;
     t->view.row->pull(&t->spot, t->view.turn, jet);
-    if (t->outer_size) psurf__sector_row(t->outer_size)->pull(&t->outer, 0, jet);
+    if (t->outer_row) t->outer_row->pull(&t->outer, t->outer_turn, jet);
 }
 
 /* Evaluates up to PSURF__BLOCK places; all lanes of a batch have one kind of patch. */
@@ -5475,7 +7567,7 @@ static void psurf__eval_places(const psurf_patches *p, const psurf__place *place
     for (kind = 0; kind < PSURF_KIND_COUNT; kind++)
         for (i = 0, batch.count = 0; i <= count; i++) {
             unsigned unsure;
-            if (i < count && targets[i].kind == (psurf_kind)kind) {
+            if (i < count && targets[i].view.kind == (psurf_kind)kind) {
                 if (batch.count == 0)
                     psurf__lone_batch(&batch, (psurf_kind)kind, targets[i].view.points,
                                       &targets[i].spot);
@@ -5491,7 +7583,7 @@ static void psurf__eval_places(const psurf_patches *p, const psurf__place *place
                 psurf__jet *jet = &jets[index[j]];
                 *jet = out[j];
                 if (unsure >> j & 1)
-                    jet->n = psurf__normal(target->kind, target->view.points, &target->spot,
+                    jet->n = psurf__normal(target->view.kind, target->view.points, &target->spot,
                                            jet->du, jet->dv);
                 psurf__finish_jet(target, second, jet);
             }
@@ -5524,6 +7616,7 @@ static void psurf__put_jet(const psurf_points *out, size_t stride, size_t i, con
 {
     psurf__put_at(out->p, stride, i, jet->p);
     psurf__put_at(out->n, stride, i, jet->n);
+    psurf__put_at(out->shade, stride, i, jet->shade);
     psurf__put_at(out->du, stride, i, jet->du);
     psurf__put_at(out->dv, stride, i, jet->dv);
     psurf__put_at(out->duu, stride, i, jet->duu);
@@ -5555,8 +7648,9 @@ PSURF_API const char *psurf_simd_name(void) { return psurf__best_kernels()->name
 
 typedef struct psurf__lattice {
     const psurf_topology *topology;
-    const psurf_corner *corners;        /* of the face, each the first of step */
+    const psurf_corner *corners;        /* of the face, each the first of step; unless apex counts */
     uint32_t face, size, rate, step;
+    uint32_t apex;                      /* of faces that are split there, else PSURF_NONE */
     uint32_t edge_base;                 /* welded: number of the first edge sample */
     uint64_t base;                      /* first vertex of the face; welded: its first inside */
     int welded;
@@ -5569,19 +7663,26 @@ static uint64_t psurf__points_before(const psurf_topology *t, uint32_t face, uin
     const psurf__start s = psurf__face_start(t, face);
     const uint64_t sectors = s.corner - 3 * (uint64_t)s.triangles - 4 * (uint64_t)s.quads;
     return s.triangles * per_triangle + s.quads * per_quad + sectors * per_sector +
-           (face - s.triangles - s.quads) * per_centre;
+           (face - s.triangles - s.quads) * per_centre;     /* may be negative: modulo 2^64 */
+}
+
+/* What a face of five corners or more has besides its sectors: its centre; but one that is split
+   from an apex has a triangle less at two of its corners, and the lines to those. */
+static uint64_t psurf__more_points(const psurf_topology *t, uint64_t r)
+{
+    return t->split == PSURF_SPLIT_PM ? 1 : 1 - r * r;
 }
 
 static uint64_t psurf__face_points_before(const psurf_topology *t, uint32_t face, uint64_t r)
 {
     return psurf__points_before(t, face, (r + 1) * (r + 2) / 2, (r + 1) * (r + 1), r * (r + 1) / 2,
-                                1);
+                                psurf__more_points(t, r));
 }
 
 static uint64_t psurf__insides_before(const psurf_topology *t, uint32_t face, uint64_t r)
 {
     return psurf__points_before(t, face, r > 1 ? (r - 1) * (r - 2) / 2 : 0, (r - 1) * (r - 1),
-                                r * (r - 1) / 2, 1);
+                                r * (r - 1) / 2, psurf__more_points(t, r));
 }
 
 /* Welded vertices on edges and corners: all before the insides. Centres are insides. */
@@ -5592,16 +7693,19 @@ static uint64_t psurf__insides_base(const psurf_topology *t, uint64_t r)
 
 static uint64_t psurf__triangles_before(const psurf_topology *t, uint32_t face, uint64_t r)
 {
-    return psurf__points_before(t, face, r * r, 2 * r * r, r * r, 0);
+    return psurf__points_before(t, face, r * r, 2 * r * r, r * r,
+                                t->split == PSURF_SPLIT_PM ? 0 : 0 - 2 * r * r);
 }
 
 static void psurf__face_lattice(const psurf_topology *t, uint32_t face, uint32_t rate, int welded,
                                 psurf__lattice *l)
 {
     const uint32_t facet = t->face_facet[face];
+    const int split = psurf__is_split(t, face), fan = split && t->split != PSURF_SPLIT_PM;
     l->topology = t;
     l->corners = t->corners + psurf__facet_corner(t, psurf__facet_kind(t, facet), facet);
-    l->step = t->facets[facet].piece & PSURF_SPLIT_FACE ? 3 : 1;
+    l->step = split ? 3 : 1;
+    l->apex = fan ? psurf__face_apex(t, face) : PSURF_NONE;
     l->face = face;
     l->size = psurf__face_size(t, face);
     l->rate = rate;
@@ -5611,15 +7715,22 @@ static void psurf__face_lattice(const psurf_topology *t, uint32_t face, uint32_t
                      : psurf__face_points_before(t, face, rate);
 }
 
+/* The corner where edge i of the face starts. */
+static const psurf_corner *psurf__lattice_corner(const psurf__lattice *l, uint32_t i)
+{
+    if (l->apex == PSURF_NONE) return &l->corners[l->step * i];
+    return psurf__find_fan_corner(l->topology, l->face, l->size, (i + l->size - l->apex) % l->size);
+}
+
 /* Number of the sample at step k of edge i, and whether this face writes it. */
 static uint32_t psurf__edge_vertex(const psurf__lattice *l, uint32_t i, uint32_t k, int *writes)
 {
-    const psurf_corner *corner = &l->corners[l->step * i];
+    const psurf_corner *corner = psurf__lattice_corner(l, i);
     const int forward = (corner->edge & PSURF_WRITER) != 0;
     uint32_t edge;
     if (k == 0 || k == l->rate) {
         const uint32_t at = k ? psurf__following(i, l->size) : i;
-        const uint32_t ring = l->corners[l->step * at].ring;
+        const uint32_t ring = psurf__lattice_corner(l, at)->ring;
         *writes = (ring & PSURF_WRITER) != 0;
         return ring & ~PSURF_WRITER;
     }
@@ -5671,12 +7782,47 @@ static uint32_t psurf__sector_vertex(const psurf__lattice *l, uint32_t sector, u
     return (uint32_t)l->base + sector * per_sector + psurf__rows(y, r) - first_row * r + x;
 }
 
+/* Number of the sample at step k of half-edge j, counted from the apex. */
+static uint32_t psurf__fan_edge_vertex(const psurf__lattice *l, uint32_t j, uint32_t k, int *writes)
+{
+    return psurf__edge_vertex(l, (l->apex + j) % l->size, k, writes);
+}
+
+/* Faces of five corners or more that are split from an apex: piece by piece. The line between two
+   pieces belongs to the lower one. */
+static uint32_t psurf__fan_vertex(const psurf__lattice *l, uint32_t piece, uint32_t x, uint32_t y,
+                                  int *writes)
+{
+    const psurf_split split = l->topology->split;
+    const uint32_t r = l->rate, last = psurf__piece_count(split, l->size) - 1;
+    const uint32_t whole = psurf__piece_size(split, l->size, 0) == 4 ? 2 : 1;   /* in halves */
+    uint32_t quad, base = (uint32_t)l->base, first, j;
+    if (y == 0 && piece > 0) {
+        piece = x ? piece - 1 : 0;
+        y = x;
+        x = 0;
+    }
+    quad = psurf__piece_size(split, l->size, piece) == 4;
+    if (!l->welded)
+        return base + piece * whole * (r * (r + 1) / 2) +
+               (quad ? y * (r + 1) : psurf__rows(y, r + 1)) + x;
+    j = 1 + piece * whole;                              /* half-edge from the piece's corner 1 */
+    if (y == 0) return psurf__fan_edge_vertex(l, 0, x, writes);
+    if (quad ? x == r : x + y == r) return psurf__fan_edge_vertex(l, j, y, writes);
+    if (quad && y == r) return psurf__fan_edge_vertex(l, j + 1, r - x, writes);
+    if (piece == last && x == 0) return psurf__fan_edge_vertex(l, l->size - 1, r - y, writes);
+    base += piece * whole * (r * (r - 1) / 2);
+    first = piece == last;                              /* x of the first point of a row */
+    return base + (quad ? (y - 1) * (r - first) : psurf__rows(y - 1, r - 1 - first)) + x - first;
+}
+
 static uint32_t psurf__lattice_vertex(const psurf__lattice *l, uint32_t sector, uint32_t x,
                                       uint32_t y, int *writes)
 {
     *writes = 1;
     if (l->size == 3) return psurf__triangle_vertex(l, x, y, writes);
     if (l->size == 4) return psurf__quad_vertex(l, x, y, writes);
+    if (l->apex != PSURF_NONE) return psurf__fan_vertex(l, sector, x, y, writes);
     return psurf__sector_vertex(l, sector, x, y, writes);
 }
 
@@ -5701,25 +7847,28 @@ static void psurf__write_place(const psurf__lattice *l, uint32_t sector, uint32_
 {
     int writes;
     const size_t index = psurf__lattice_vertex(l, sector, x, y, &writes) - out->first_vertex;
+    const uint32_t shape = psurf__shape_of(l->topology, l->size, sector);
     const psurf_real rate = PSURF__R(l->rate);
     psurf_sample *where = &out->where[index];
     if (!writes) return;
     where->face = l->face;
     where->sector = sector;
-    where->u = PSURF__R(l->size < 5 ? x : l->rate - x - y) / rate;
-    where->v = PSURF__R(l->size < 5 ? y : x) / rate;
+    where->u = PSURF__R(shape < 5 ? x : l->rate - x - y) / rate;
+    where->v = PSURF__R(shape < 5 ? y : x) / rate;
 }
 
 static void psurf__write_places(const psurf__lattice *l, const psurf_tess_out *out)
 {
-    const uint32_t r = l->rate, sectors = l->size < 5 ? 1 : l->size;
+    const uint32_t r = l->rate, sectors = psurf__sectors_of(l->topology, l->size);
     uint32_t s, x, y;
-    for (s = 0; s < sectors; s++)
-        for (y = 0; y <= r; y++) {
-            const uint32_t row = l->size == 4 ? r + 1 : l->size == 3 ? r - y + 1 : r - y;
+    for (s = 0; s < sectors; s++) {
+        const uint32_t shape = psurf__shape_of(l->topology, l->size, s);
+        for (y = shape < 5 && s > 0; y <= r; y++) {
+            const uint32_t row = shape == 4 ? r + 1 : shape == 3 ? r - y + 1 : r - y;
             for (x = 0; x < row; x++) psurf__write_place(l, s, x, y, out);
         }
-    if (l->size >= 5) psurf__write_place(l, 0, 0, r, out);
+    }
+    if (l->size >= 5 && l->apex == PSURF_NONE) psurf__write_place(l, 0, 0, r, out);
 }
 
 /* ---- positions and normals: groups of facets ---- */
@@ -5746,21 +7895,36 @@ static void psurf__store_vertex(const psurf_tess_out *out, size_t index, const p
     for (i = 0; i < 3 && to_n; i++) to_n[i] = n[i];
 }
 
-/* A sample with a place of its own: it may belong to another face, or to the next piece of a split
-   face, a triangle whose third corner is the centre; there the first piece writes the centre. */
+/* From a lattice point of a piece to that of its face. Returns whether this piece writes it. Pieces
+   round a centre are triangles with the centre as third corner; the first writes that. */
+static int psurf__leave_piece(const psurf__lattice *l, uint32_t piece, psurf__point *at,
+                              uint32_t *sector)
+{
+    const uint32_t r = l->rate;
+    uint32_t u, v;
+    *sector = piece;
+    if (l->apex == PSURF_NONE) return at->x + at->y < r || (at->x == 0 && piece == 0);
+    if (at->y == 0 && piece > 0) return 0;
+    if (l->size > 4) return 1;
+    u = piece ? at->x : at->x + at->y;                  /* as psurf__halves_locate */
+    v = piece ? at->x + at->y : at->y;
+    *sector = 0;
+    at->x = l->apex == 0 ? u : l->apex == 1 ? r - v : l->apex == 2 ? r - u : v;
+    at->y = l->apex == 0 ? v : l->apex == 1 ? u : l->apex == 2 ? r - v : r - u;
+    return 1;
+}
+
+/* A sample with a place of its own: it may belong to another face, or to another piece. */
 static void psurf__put_vertex(const psurf__run *r, uint32_t lane, uint32_t k,
                               const psurf_real *sample)
 {
     const psurf__output *o = (const psurf__output *)r->group->to;
     const psurf__lattice *l = &o->lattice[lane];
-    const psurf__point at = psurf__line_point(r, k);
     const uint32_t piece = o->piece[lane];
+    psurf__point at = psurf__line_point(r, k);
     uint32_t sector = r->group->kind == PSURF_P5 ? r->sector : 0, vertex;
     int writes;
-    if (piece != PSURF_NONE) {
-        if (at.x + at.y == l->rate && (at.x > 0 || piece > 0)) return;
-        sector = piece;
-    }
+    if (piece != PSURF_NONE && !psurf__leave_piece(l, piece, &at, &sector)) return;
     vertex = psurf__lattice_vertex(l, sector, at.x, at.y, &writes);
     if (writes) psurf__store_vertex(o->out, vertex, sample, sample + 3);
 }
@@ -5819,6 +7983,7 @@ typedef struct psurf__job {             /* of one psurf_tessellate */
     const psurf__kernels *kernels;
     uint32_t rate, end;                 /* end: of the range of faces */
     int welded;
+    psurf__normals normals;             /* that out->n gets */
 } psurf__job;
 
 static void psurf__open_group(const psurf__job *job, psurf_kind kind, uint32_t turn, int split,
@@ -5828,7 +7993,8 @@ static void psurf__open_group(const psurf__job *job, psurf_kind kind, uint32_t t
     g->turn = turn;
     g->count = 0;
     g->rate = job->rate;
-    g->normals = job->out->n != NULL;
+    g->normals = job->normals;
+    if (job->normals == PSURF__SHADING && !psurf__kinds[kind].shaded) g->normals = PSURF__SURFACE;
     g->border_only = 0;
     g->apart = split ? PSURF__ALL_APART : job->welded ? PSURF__BORDER_APART : PSURF__NONE_APART;
     g->aim = psurf__aim_line;
@@ -5866,11 +8032,12 @@ static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o,
     o->n[lane] = o->sink;
     if (job->out->p) o->p[lane] = job->out->p + (l->base - job->out->first_vertex) * o->p_stride;
     if (job->out->n) o->n[lane] = job->out->n + (l->base - job->out->first_vertex) * o->n_stride;
-    g->points[lane] = psurf__patch_points(job->patches, g->kind, facet);
+    g->points[lane] = psurf__view_facet(job->patches, facet).points;
     if (g->count == 8) psurf__run_group(job, g, o);
 }
 
-/* A split triangle or quad: its lattice runs across its pieces, which lie where they may. */
+/* A triangle or quad that is split round its centre: its lattice runs across its pieces, which lie
+   where they may. */
 static void psurf__write_split_face(const psurf__job *job, uint32_t face)
 {
     psurf__lattice l;
@@ -5886,6 +8053,7 @@ static void psurf__write_split_face(const psurf__job *job, uint32_t face)
             places[count].face = face;
             places[count].size = l.size;
             places[count].sector = 0;
+            places[count].shape = l.size;
             places[count].d = PSURF__R(l.rate);
             psurf__lattice_weights(l.size, l.rate, x, y, places[count].w);
             count += (uint32_t)writes;
@@ -5898,19 +8066,8 @@ static void psurf__write_split_face(const psurf__job *job, uint32_t face)
     }
 }
 
-/* The first facet of a kind whose face is not before one. */
-static uint32_t psurf__first_facet(const psurf_topology *t, psurf_kind kind, uint32_t face)
-{
-    uint32_t low = t->kind_first[kind], high = t->kind_first[kind + 1];
-    while (low < high) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (t->facets[middle].face < face) low = middle + 1;
-        else high = middle;
-    }
-    return low;
-}
-
-/* Whole faces of each turn, and pieces of split ones, gather in groups of their own. */
+/* Facets filed under a kind. Whole faces of each turn, and pieces of split ones, gather in groups of
+   their own. */
 static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t first_face)
 {
     const psurf_topology *t = job->patches->topology;
@@ -5918,12 +8075,14 @@ static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t fi
     psurf__group groups[4];
     uint32_t i = psurf__first_facet(t, kind, first_face), k;
     if (i >= t->kind_first[kind + 1]) return;
-    for (k = 0; k < 4; k++) psurf__open_group(job, kind, k % 3, k == 3, &groups[k], &outputs[k]);
+    for (k = 0; k < 4; k++)
+        psurf__open_group(job, psurf__patch_kind(job->patches, kind), k % 3, k == 3, &groups[k],
+                          &outputs[k]);
     for (; i < t->kind_first[kind + 1] && t->facets[i].face < job->end; i++) {
         const psurf_facet *facet = &t->facets[i];
         if (!(facet->piece & PSURF_SPLIT_FACE)) {
             k = psurf__turn(t, i);
-        } else if (psurf__face_size(t, facet->face) > 4) {
+        } else if (t->split != PSURF_SPLIT_PM || psurf__face_size(t, facet->face) > 4) {
             k = 3;
         } else {
             if ((facet->piece & 0xFFFFu) == 0) psurf__write_split_face(job, facet->face);
@@ -5936,6 +8095,13 @@ static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t fi
         psurf__add_facet(job, &groups[k], &outputs[k], i);
     }
     for (k = 0; k < 4; k++) psurf__run_group(job, &groups[k], &outputs[k]);
+}
+
+static void psurf__tessellate_kinds(psurf__job *job, uint32_t first_face)
+{
+    uint32_t k;
+    for (k = 0; k < PSURF_KIND_COUNT; k++)
+        psurf__tessellate_kind(job, (psurf_kind)k, first_face);
 }
 
 /* ---- triangles ---- */
@@ -5957,15 +8123,16 @@ static void psurf__write_index(psurf__indices *out, uint32_t sector, uint32_t x,
     else out->narrow[out->at++] = (uint16_t)(vertex - out->first_vertex);
 }
 
-/* The one or two triangles of the cell at (x, y); triangular lattices end in cells with one. */
+/* The one or two triangles of the cell at (x, y); triangular lattices end in cells with one. A quad
+   of two triangles may be cut along the other diagonal: rising. */
 static void psurf__write_cell(psurf__indices *out, uint32_t sector, uint32_t x, uint32_t y,
-                              int both)
+                              int both, uint32_t rising)
 {
     psurf__write_index(out, sector, x, y);
     psurf__write_index(out, sector, x + 1, y);
-    psurf__write_index(out, sector, x, y + 1);
+    psurf__write_index(out, sector, x + rising, y + 1);
     if (!both) return;
-    psurf__write_index(out, sector, x + 1, y);
+    psurf__write_index(out, sector, x + 1 - rising, y);
     psurf__write_index(out, sector, x + 1, y + 1);
     psurf__write_index(out, sector, x, y + 1);
 }
@@ -5973,14 +8140,17 @@ static void psurf__write_cell(psurf__indices *out, uint32_t sector, uint32_t x, 
 static void psurf__write_indices(psurf__indices *out)
 {
     const psurf__lattice *l = out->lattice;
-    const uint32_t r = l->rate, sectors = l->size < 5 ? 1 : l->size;
+    const uint32_t r = l->rate, sectors = psurf__sectors_of(l->topology, l->size);
+    const uint32_t rising = l->size == 4 && l->apex != PSURF_NONE && l->apex % 2 == 0;
     uint32_t s, x, y;
-    for (s = 0; s < sectors; s++)
+    for (s = 0; s < sectors; s++) {
+        const int quad = psurf__shape_of(l->topology, l->size, s) == 4;
         for (y = 0; y < r; y++) {
-            const uint32_t cells = l->size == 4 ? r : r - y;
+            const uint32_t cells = quad ? r : r - y;
             for (x = 0; x < cells; x++)
-                psurf__write_cell(out, s, x, y, l->size == 4 || x + 1 < cells);
+                psurf__write_cell(out, s, x, y, quad || x + 1 < cells, rising);
         }
+    }
 }
 
 PSURF_API psurf_result psurf_tessellate_size(const psurf_topology *topology,
@@ -6037,11 +8207,13 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
 {
     psurf_tess_span span;
     psurf_result result;
+    psurf_tess_out to;
     psurf__job job;
-    uint32_t f, k;
+    uint32_t f;
     if (!patches || !out || out->p_stride % sizeof(psurf_real) ||
-        out->n_stride % sizeof(psurf_real))
+        out->n_stride % sizeof(psurf_real) || out->shade_stride % sizeof(psurf_real))
         return PSURF_BAD_DESC;
+    to = *out;
     result = psurf_tessellate_size(patches->topology, desc, first_face, face_count, &span);
     if (result != PSURF_OK) return result;
     if (out->first_vertex > span.first_vertex || out->first_index > span.first_index)
@@ -6050,25 +8222,41 @@ PSURF_API psurf_result psurf_tessellate(const psurf_patches *patches, const psur
         (uint64_t)span.first_vertex + span.vertex_count - out->first_vertex > 0xFFFFu)
         return PSURF_TOO_LARGE;
     job.patches = patches;
-    job.out = out;
+    job.out = &to;
     job.kernels = psurf__best_kernels();
     job.rate = desc->rate;
     job.end = psurf__range_end(first_face, face_count, patches->topology->info.faces);
     job.welded = !(desc->flags & PSURF_TESS_PER_FACE);
-    for (k = 0; k < PSURF_KIND_COUNT && (out->p || out->n); k++)
-        psurf__tessellate_kind(&job, (psurf_kind)k, first_face);
+    job.normals = out->n ? PSURF__SURFACE : PSURF__NO_NORMALS;
+    if (out->n || (out->p && !out->shade)) psurf__tessellate_kinds(&job, first_face);
+    if (out->shade) {                                   /* in place of n, in a run of its own */
+        to.n = out->shade;
+        to.n_stride = out->shade_stride;
+        if (out->n) to.p = NULL;
+        job.normals = PSURF__SHADING;
+        psurf__tessellate_kinds(&job, first_face);
+    }
     for (f = first_face; f < job.end && (out->where || out->indices); f++)
         psurf__number_face(patches, desc, f, out);
     return PSURF_OK;
 }
 
-/* The weight of corner c of the face at a place. */
-static psurf_real psurf__corner_weight(const psurf__place *place, uint32_t c)
+/* The weight of corner c of the face at a place; of a piece, its corner 0 is the apex, and the
+   others follow those of the pieces before. */
+static psurf_real psurf__corner_weight(const psurf_topology *t, const psurf__place *place,
+                                       uint32_t c)
 {
     const psurf_real *w = place->w;
     psurf_real weight;
-    if (place->size == 3) return w[c];
-    if (place->size == 4) return (c == 1 || c == 2 ? w[1] : w[0]) * (c < 2 ? w[2] : w[3]);
+    if (place->size > 4 && place->shape < 5) {
+        const uint32_t from_apex = c + place->size - psurf__face_apex(t, place->face);
+        const uint32_t before = place->sector * (psurf__piece_size(t->split, place->size, 0) - 2);
+        c = from_apex % place->size;
+        if (c > 0 && (c <= before || c - before >= place->shape)) return 0;
+        c -= c ? before : 0;
+    }
+    if (place->shape == 3) return w[c];
+    if (place->shape == 4) return (c == 1 || c == 2 ? w[1] : w[0]) * (c < 2 ? w[2] : w[3]);
     weight = w[2] / PSURF__R(place->size);
     if (c == place->sector) weight += w[0];
     if (c == psurf__following(place->sector, place->size)) weight += w[1];
@@ -6089,7 +8277,7 @@ PSURF_API void psurf_interpolate(const psurf_topology *topology, const psurf_sam
         const float *values = corner_values + first * width;
         for (k = 0; k < width; k++) out[k] = 0;
         for (c = 0; c < place.size; c++, values += width) {
-            const float weight = (float)psurf__corner_weight(&place, c);
+            const float weight = (float)psurf__corner_weight(t, &place, c);
             for (k = 0; k < width; k++) out[k] += weight * values[k];
         }
     }
@@ -6129,16 +8317,6 @@ PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample 
             psurf__jet_curvature(&jets[k], gauss ? gauss + i + k : NULL,
                                  mean ? mean + i + k : NULL);
     }
-}
-
-/* Facet, edge and kind of a corner of the facet tables. */
-static uint32_t psurf__corner_facet(const psurf_topology *t, uint32_t corner, uint32_t *edge)
-{
-    uint32_t k = 0, place;
-    while (corner >= t->kind_first_corner[k + 1]) k++;
-    place = corner - t->kind_first_corner[k];
-    *edge = place % psurf__kind_sides((psurf_kind)k);
-    return t->kind_first[k] + place / psurf__kind_sides((psurf_kind)k);
 }
 
 /* Samples of an edge are compared in chunks of this many. */
@@ -6191,21 +8369,20 @@ static void psurf__put_probe(const psurf__run *r, uint32_t lane, uint32_t k,
 /* Fills the samples of a side from step chunk on, counted from its own first corner. */
 static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk)
 {
+    const psurf__view view = psurf__view_facet(side->patches, side->facet);
     psurf__group g;
     uint32_t i;
     side->chunk = chunk;
-    g.kind = psurf__facet_kind(side->patches->topology, side->facet);
+    g.kind = view.kind;
     g.count = 1;
     g.rate = rate;
-    g.turn = psurf__turn(side->patches->topology, side->facet);
+    g.turn = view.turn;
     g.normals = g.border_only = 1;
     g.apart = PSURF__ALL_APART;
     g.aim = NULL;
     g.put = psurf__put_probe;
     g.to = side;
-    for (i = 0; i < 8; i++) {
-        g.points[i] = psurf__patch_points(side->patches, g.kind, side->facet);
-    }
+    for (i = 0; i < 8; i++) g.points[i] = view.points;
     psurf__best_kernels()->lattice(&g);
 }
 
@@ -6338,12 +8515,23 @@ static void psurf__compare(const psurf_real *a, const psurf_real *b, int sharp, 
     }
 }
 
+/* Whether the construction of the edge fell back, as a facet beside it noted. */
+static int psurf__fell_back(const psurf__side *side)
+{
+    const psurf__view view = psurf__view_facet(side->patches, side->facet);
+    const uint32_t flags = psurf__kind_table[view.kind].points - 1;     /* the last point */
+    return view.row->net && !view.row->shaded &&
+           view.points[3 * flags + side->edge] > PSURF_EDGE_HARD;
+}
+
+/* Edges that two faces share; from psurf_info.edges on, those between pieces of one face. */
 static void psurf__check_edge(const psurf_patches *patches, const psurf__control *control,
                               psurf_real shortest, uint32_t rate, uint32_t edge,
                               psurf_check_result *r)
 {
     const psurf_topology *t = patches->topology;
-    const psurf_edge corners = t->edges[edge];
+    const uint32_t second_sides = t->info.edge_sides - t->info.edges;
+    const psurf_edge corners = t->edges[edge < t->info.edges ? edge : edge + second_sides];
     const psurf_corner *ends[2];
     psurf__side a, b;
     uint32_t k, first, count;
@@ -6354,12 +8542,13 @@ static void psurf__check_edge(const psurf_patches *patches, const psurf__control
     ends[0] = &t->corners[corners.corner];
     ends[1] = &t->corners[corners.other];
     sharp = ((ends[0]->edge ^ ends[1]->edge) & ~PSURF_WRITER) != 0 ||
-            (control->blends && (control->blends[ends[0]->spoke] <= 0 ||
+            (control->blends && t->split == PSURF_SPLIT_PM && (control->blends[ends[0]->spoke] <= 0 ||
                                  control->blends[ends[1]->spoke] <= 0));
     degenerate = psurf__is_degenerate(t, control, &a) || psurf__is_degenerate(t, control, &b) ||
                  psurf__distance(psurf__corner_position(t, control, corners.corner),
                                  psurf__corner_position(t, control, corners.other)) < shortest;
     r->sharp_edges += (uint32_t)sharp;
+    r->fallback_edges += (uint32_t)(psurf__fell_back(&a) || psurf__fell_back(&b));
     for (first = 0; first <= rate; first += PSURF__PROBES) {
         count = rate + 1 - first < PSURF__PROBES ? rate + 1 - first : PSURF__PROBES;
         psurf__probe_side(&a, rate, first);
@@ -6383,7 +8572,8 @@ PSURF_API psurf_result psurf_check(const psurf_patches *patches, const psurf_con
     *result = none;
     control = psurf__control_of(patches, desc);
     shortest = PSURF__R(1e-5) * psurf__mesh_diagonal(patches->topology, &control);
-    end = psurf__range_end(first_edge, edge_count, patches->topology->info.edges);
+    end = psurf__range_end(first_edge, edge_count, patches->topology->info.edges +
+                                                       patches->topology->info.inner_edges);
     for (e = first_edge; e < end; e++)
         psurf__check_edge(patches, &control, shortest, rate, e, result);
     return PSURF_OK;
@@ -6398,7 +8588,7 @@ static void psurf__facet_box(const psurf_patches *patches, uint32_t facet, psurf
     psurf__spot spot;
     uint32_t i, k;
     psurf__clear(&spot, sizeof spot);
-    psurf__lone_batch(&batch, psurf__facet_kind(patches->topology, facet), view.points, &spot);
+    psurf__lone_batch(&batch, view.kind, view.points, &spot);
     batch.count = view.row->sectors;
     for (i = 0; i < batch.count; i++) batch.spot[i].sector = i;
     psurf__best_kernels()->hull(&batch, low, high);
@@ -6413,13 +8603,13 @@ static void psurf__face_box(const psurf_patches *patches, uint32_t face, psurf_r
 {
     const psurf_topology *t = patches->topology;
     const psurf_real eps = sizeof(psurf_real) == 4 ? PSURF__R(1e-6) : PSURF__R(2e-15);
-    const uint32_t first = t->face_facet[face];
-    const int split = (t->facets[first].piece & PSURF_SPLIT_FACE) != 0;
-    const uint32_t pieces = split ? psurf__face_size(t, face) : 1;
+    const uint32_t first = t->face_facet[face], corners = psurf__face_size(t, face);
+    const uint32_t pieces = psurf__is_split(t, face) ? psurf__piece_count(t->split, corners) : 1;
     psurf_real size = 0;
     uint32_t p, k;
     for (k = 0; k < 6; k++) box[k] = psurf__view_facet(patches, first).points[k % 3];
-    for (p = 0; p < pieces; p++) psurf__facet_box(patches, first + p, box);
+    for (p = 0; p < pieces; p++)
+        psurf__facet_box(patches, psurf__piece_facet(t, face, corners, p), box);
     for (k = 0; k < 6; k++)
         if (psurf__abs(box[k]) > size) size = psurf__abs(box[k]);
     for (k = 0; k < 6; k++) box[k] += (k < 3 ? -eps : eps) * size;              /* for rounding */
@@ -6595,6 +8785,10 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__SIMD_X86
 #undef PSURF__DISPATCH
 #undef PSURF__EIGHTH
+#undef PSURF__VANISHING
+#undef PSURF__SLIGHT
+#undef PSURF__ORIGIN
+#undef PSURF__TENSOR_EDGES
 #undef PSURF__BEZIER_EDGES
 #undef PSURF__BOUNDARY_EDGES
 #undef PSURF__BLOCK
@@ -6618,12 +8812,14 @@ PSURF_API int psurf_exact(void)
 #undef psurf__l_div
 #undef psurf__l_sqrt
 #undef psurf__l_max
+#undef psurf__l_select
 #undef psurf__l_greater
 #undef psurf__l_columns
 #undef psurf__l_fetch
 #undef psurf__l_write3
 #undef psurf__l_write6
 #undef psurf__l3
+#undef psurf__l3_select
 #undef psurf__l3_zero
 #undef psurf__l3_add
 #undef psurf__l3_sub

@@ -39,6 +39,7 @@ extern "C" {
 #define IS_DOUBLE (sizeof(psurf_real) == sizeof(double))
 #define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 #define PI 3.14159265358979323846
+#define PM_KINDS 5u                     /* kinds of patch that the scheme pm makes: the first */
 
 /* Stops the test with a message unless the condition holds. */
 #define REQUIRE(condition, ...)                                                                    \

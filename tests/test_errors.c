@@ -235,6 +235,53 @@ static void test_bad_positions(void **state)
     surface_free(&s);
 }
 
+/* Normals of corners, schemes of faces, schemes on topologies that do not suit them. */
+static void test_bad_schemes(void **state)
+{
+    uint32_t normals[24], i;
+    unsigned char schemes[6];
+    psurf_patches_layout layout;
+    surface s;
+    psurf_error error;
+    (void)state;
+    good_cube(&s);
+    for (i = 0; i < 24; i++) normals[i] = i;
+    s.desc.face_normals = normals;
+    s.desc.normal_count = 24;
+    assert_int_equal(create(&s.desc, &error), PSURF_OK);
+    normals[22] = 24;
+    assert_int_equal(create(&s.desc, &error), PSURF_BAD_NORMAL);
+    assert_int_equal(error.face, 5);
+    assert_int_equal(error.corner, 2);
+    assert_int_equal(error.vertex, s.desc.face_vertices[22]);
+    s.desc.face_normals = NULL;
+    s.desc.split = PSURF_SPLIT_COUNT;
+    assert_int_equal(create(&s.desc, &error), PSURF_BAD_DESC);
+    for (i = 0; i < 6; i++) schemes[i] = PSURF_PN;
+    s.desc.face_schemes = schemes;
+    s.desc.split = PSURF_SPLIT_PN;
+    assert_int_equal(create(&s.desc, &error), PSURF_BAD_DESC);
+    s.desc.split = PSURF_SPLIT_TRIANGLES;
+    schemes[1] = PSURF_SMOOTHED_N;
+    schemes[2] = PSURF_CUBIC_PN_B1;
+    assert_int_equal(create(&s.desc, &error), PSURF_OK);
+    for (i = PSURF_PM; i <= PSURF_SCHEME_COUNT; i++) {
+        const int fits = i == PSURF_PN || i == PSURF_SMOOTHED_N || i == PSURF_CUBIC_PN_B1 ||
+                         i == PSURF_CUBIC_PN_B2;
+        schemes[4] = (unsigned char)i;
+        assert_int_equal(create(&s.desc, &error), fits ? PSURF_OK : PSURF_BAD_SCHEME);
+        if (!fits) assert_int_equal(error.face, 4);
+    }
+    schemes[4] = PSURF_PN;
+    memset(&s.desc.allocator, 0, sizeof s.desc.allocator);
+    assert_int_equal(psurf_topology_create(&s.desc, &s.topology, &error), PSURF_OK);
+    for (i = PSURF_PM; i < PSURF_SCHEME_COUNT; i++)
+        assert_int_equal(psurf_patches_size(s.topology, (psurf_scheme)i, &layout),
+                         i == PSURF_MIXED ? PSURF_OK : PSURF_BAD_SPLIT);
+    provoked[PSURF_BAD_SPLIT]++;
+    surface_free(&s);
+}
+
 static void test_bad_tags(void **state)
 {
     static const struct { psurf_edge_tag tags[2]; uint32_t count, bad; } cases[] = {
@@ -657,6 +704,7 @@ int main(void)
         cmocka_unit_test(test_sizes),             cmocka_unit_test(test_refused_memory),
         cmocka_unit_test(test_who_allocates),     cmocka_unit_test(test_construct_errors),
         cmocka_unit_test(test_tessellate_errors), cmocka_unit_test(test_smooth_errors),
+        cmocka_unit_test(test_bad_schemes),
         cmocka_unit_test(test_every_result)};
     return cmocka_run_group_tests_name("errors", tests, NULL, NULL);
 }

@@ -269,7 +269,7 @@ static void test_derivatives(void **state)
         if (from_pole(&s, sample) < 0.05) continue;
         compare(&w[kind], &s, sample);
     }
-    for (i = 0; i < PSURF_KIND_COUNT; i++) {
+    for (i = 0; i < PM_KINDS; i++) {
         print_message("%s: %u samples, p %.2g, n %.2g, first %.2g, second %.2g\n",
                       psurf_kind_name((psurf_kind)i), (unsigned)w[i].count, w[i].p, w[i].n,
                       w[i].first, w[i].second);
@@ -659,7 +659,7 @@ static void test_batches(void **state)
         }
         for (i = 0; i < COUNT_OF(blocks); i++) expect_batches(&s, samples, want, blocks[i], &rng);
     }
-    for (i = 0; i < PSURF_KIND_COUNT; i++) assert_true(kinds[i] > 100);
+    for (i = 0; i < PM_KINDS; i++) assert_true(kinds[i] > 100);
     assert_true(split > 100 && sided >= 20);
     surface_free(&s);
     mesh_free(&m);

@@ -376,7 +376,7 @@ static void test_scenes_cover(void **state)
         surface_free(&s);
         mesh_free(&m);
     }
-    for (k = 0; k < PSURF_KIND_COUNT; k++) assert_true(faces[k] >= 30);
+    for (k = 0; k < PM_KINDS; k++) assert_true(faces[k] >= 30);
     assert_true(tags > 20 && boundary > 100 && hard > 100 && split > 20 && wide > 10);
 }
 

@@ -66,8 +66,8 @@ static void report_joins(const char *what, const joins *j)
 {
     uint32_t a, b;
     print_message("%s: largest angle %.2g rad;", what, j->worst);
-    for (a = 0; a < PSURF_KIND_COUNT; a++)
-        for (b = a; b < PSURF_KIND_COUNT; b++)
+    for (a = 0; a < PM_KINDS; a++)
+        for (b = a; b < PM_KINDS; b++)
             print_message(" %s|%s %u", psurf_kind_name((psurf_kind)a),
                           psurf_kind_name((psurf_kind)b), (unsigned)j->pairs[a][b]);
     print_message("\n");
@@ -105,8 +105,8 @@ static void test_all_joins(void **state)
     }
     report_joins("default blends", &plain);
     report_joins("random blends", &blended);
-    for (a = 0; a < PSURF_KIND_COUNT; a++)
-        for (b = a; b < PSURF_KIND_COUNT; b++)
+    for (a = 0; a < PM_KINDS; a++)
+        for (b = a; b < PM_KINDS; b++)
             REQUIRE(plain.pairs[a][b] >= 20 && blended.pairs[a][b] >= 10, "kinds %u and %u\n",
                     (unsigned)a, (unsigned)b);
     for (n = 3; n <= 12; n++)

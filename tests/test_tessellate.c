@@ -654,7 +654,7 @@ static void test_few_has_all(void **state)
         if (kind == PSURF_POLAR) turns[piece >> 16 & 3]++;
         if (is_split(&s, f)) split[m.faces[f].size]++;
     }
-    for (f = 0; f < PSURF_KIND_COUNT; f++) assert_true(kinds[f] >= 2);
+    for (f = 0; f < PM_KINDS; f++) assert_true(kinds[f] >= 2);
     for (f = 0; f < 3; f++) assert_true(turns[f] >= 2);
     assert_true(kinds[PSURF_POLAR] >= 10);
     assert_true(split[3] && split[4] && split[7]);
@@ -734,7 +734,7 @@ static void test_groups(void **state)
         mesh m = make_uniform(which);
         surface s;
         surface_build(&s, &m);
-        if (which < PSURF_KIND_COUNT) assert_int_equal(s.info.kind_faces[which], m.face_count);
+        if (which < PM_KINDS) assert_int_equal(s.info.kind_faces[which], m.face_count);
         assert_true(m.face_count >= 10);
         for (i = 0; i < COUNT_OF(rates) * 2; i++) {
             tess whole;

@@ -293,7 +293,7 @@ static void test_tables(void **state)
 /* Kinds where the definition can be read off by eye. */
 static void test_known_counts(void **state)
 {
-    static const struct { const char *name; uint32_t counts[3 + PSURF_KIND_COUNT]; } want[] = {
+    static const struct { const char *name; uint32_t counts[3 + PM_KINDS]; } want[] = {
         {"tetrahedron", {4, 4, 6, 0, 0, 4, 0, 0}},
         {"cube", {8, 6, 12, 0, 0, 0, 6, 0}},
         {"octahedron, poles tie", {6, 8, 12, 0, 0, 8, 0, 0}},
@@ -315,7 +315,7 @@ static void test_known_counts(void **state)
         assert_int_equal(s.info.vertices, want[i].counts[0]);
         assert_int_equal(s.info.faces, want[i].counts[1]);
         assert_int_equal(s.info.edges, want[i].counts[2]);
-        for (k = 0; k < PSURF_KIND_COUNT; k++)
+        for (k = 0; k < PM_KINDS; k++)
             assert_int_equal(s.info.kind_faces[k], want[i].counts[3 + k]);
         assert_int_equal(s.info.components, 1);
         surface_free(&s);
@@ -459,7 +459,7 @@ static void test_layout(void **state)
     (void)state;
     surface_build(&s, &m);
     layout = &s.patches.layout;
-    for (k = 0; k < PSURF_KIND_COUNT; k++) {
+    for (k = 0; k < PM_KINDS; k++) {
         const psurf_kind_block *block = &layout->kind[k];
         assert_true(s.info.kind_faces[k] > 0);          /* the creature has every kind */
         assert_int_equal(block->points, points[k]);
