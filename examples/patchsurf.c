@@ -1972,21 +1972,34 @@ static int run_patches(mesh *m, const options *o)
 
 /* The samples of one face in the order of the table: sector by sector, v outer, u inner. */
 typedef struct face_grid {
-    uint32_t size, rate, sectors;       /* corners of the face */
+    uint32_t rate, sectors;
+    bool round;                         /* the first sector is the next of the last */
+    bool quads, last_quad;              /* the sectors are quads; the last one is */
     size_t per_sector;
     array samples;                      /* psurf_sample */
     array vertices;                     /* uint32_t: in the face's tessellation */
 } face_grid;
 
-static void start_grid(face_grid *g, uint32_t size, uint32_t rate)
+static size_t grid_size(uint32_t rate, bool quad)
 {
     size_t n = (size_t)rate + 1;
-    g->size = size;
+    return quad ? n * n : n * (n + 1) / 2;
+}
+
+/* Faces of up to four corners are one sector. Others are triangles round their centre with pm, fans
+   of quads and a last triangle with pn, fans of triangles with all other schemes. */
+static void start_grid(face_grid *g, psurf_split split, uint32_t size, uint32_t rate)
+{
+    size_t count;
     g->rate = rate;
-    g->sectors = size >= 5 ? size : 1;
-    g->per_sector = size == 4 ? n * n : n * (n + 1) / 2;
-    reserve(&g->samples, g->sectors * g->per_sector, sizeof(psurf_sample));
-    reserve(&g->vertices, g->sectors * g->per_sector, sizeof(uint32_t));
+    g->round = size >= 5 && split == PSURF_SPLIT_PM;
+    g->sectors = size < 5 ? 1 : g->round ? size : split == PSURF_SPLIT_PN ? (size - 1) / 2 : size - 2;
+    g->quads = size == 4 || (size >= 5 && split == PSURF_SPLIT_PN);
+    g->last_quad = g->quads && size % 2 == 0;
+    g->per_sector = grid_size(rate, g->quads);
+    count = (g->sectors - 1) * g->per_sector + grid_size(rate, g->last_quad);
+    reserve(&g->samples, count, sizeof(psurf_sample));
+    reserve(&g->vertices, count, sizeof(uint32_t));
 }
 
 static void place(face_grid *g, psurf_sample sample, uint32_t vertex)
@@ -1994,14 +2007,15 @@ static void place(face_grid *g, psurf_sample sample, uint32_t vertex)
     size_t u = (size_t)(sample.u * (float)g->rate + 0.5f);
     size_t v = (size_t)(sample.v * (float)g->rate + 0.5f);
     size_t n = (size_t)g->rate + 1;
-    size_t row = g->size == 4 ? v * n : v * (2 * n + 1 - v) / 2;
+    bool quad = sample.sector + 1 == g->sectors ? g->last_quad : g->quads;
+    size_t row = quad ? v * n : v * (2 * n + 1 - v) / 2;
     size_t k = sample.sector * g->per_sector + row + u;
     ((psurf_sample *)g->samples.data)[k] = sample;
     ((uint32_t *)g->vertices.data)[k] = vertex;
 }
 
-/* Sectors share the lines from the corners to the centre, which the tessellation has once: the line
-   with v = 0 of a sector is the one with u = 0 of the sector before it. */
+/* Sectors share lines, which the tessellation has once: the line with v = 0 of a sector is the one
+   with u = 0 of the sector before it. */
 static void place_shared(face_grid *g, psurf_sample sample, uint32_t vertex)
 {
     psurf_sample other = sample;
@@ -2009,10 +2023,10 @@ static void place_shared(face_grid *g, psurf_sample sample, uint32_t vertex)
     other.v = sample.u;
     if (sample.u == 0 && sample.v == 0) {
         for (other.sector = 0; other.sector < g->sectors; other.sector++) place(g, other, vertex);
-    } else if (sample.v == 0) {
+    } else if (sample.v == 0 && (g->round || sample.sector > 0)) {
         other.sector = (sample.sector + g->sectors - 1) % g->sectors;
         place(g, other, vertex);
-    } else if (sample.u == 0) {
+    } else if (sample.u == 0 && (g->round || sample.sector + 1 < g->sectors)) {
         other.sector = (sample.sector + 1) % g->sectors;
         place(g, other, vertex);
     }
@@ -2067,7 +2081,7 @@ static int run_sample(mesh *m, const options *o)
     fprintf(out.file, "face,sector,u,v,x,y,z,nx,ny,nz%s\n", o->curvature ? ",gauss,mean" : "");
     for (face = 0; face < s.info.faces; face++) {
         tessellate_face(&s, o->rate, face, true, &f);
-        start_grid(&g, u32_at(&m->sizes, face), o->rate);
+        start_grid(&g, psurf_scheme_split(o->scheme), u32_at(&m->sizes, face), o->rate);
         fill_grid(&g, &f);
         if (o->curvature) {
             psurf_curvature(&s.patches, g.samples.data, (uint32_t)g.samples.count,
@@ -2324,7 +2338,7 @@ static void measure_cosines(const triangle_mesh *t, triangle_facts *facts)
         }
         if (pass == 0) facts->mean = sum / (double)t->corners;
     }
-    facts->std = sqrt(sum / ((double)t->corners - 1));  /* as the paper's Table 5 has it */
+    facts->std = sqrt(sum / ((double)t->corners - 1));
 }
 
 /* A hard edge has normals on either side: those of its first face count. */
@@ -2529,8 +2543,9 @@ static const struct command {
     {"sample", SAMPLE, run_sample, "MESH [-o OUT.csv] [--curvature]",
      "points and normals as a table",
      "Writes positions and unit normals at R+1 samples per edge as CSV, face by face, v outer\n"
-     "and u inner; faces of five and more corners sector by sector, lines that two sectors\n"
-     "share in both. These are exactly the bits that tessellation writes. Curvature that does\n"
+     "and u inner; faces of five and more corners sector by sector (triangles round the centre,\n"
+     "for schemes but pm the pieces that the face is split into), lines that two sectors share\n"
+     "in both. These are exactly the bits that tessellation writes. Curvature that does\n"
      "not exist, at poles for instance, is left empty; the mean curvature of a sphere seen from\n"
      "outside is negative. Normals are the surface's, whatever the scheme shades with.\n\n"
      "Examples:\n"

@@ -43,14 +43,12 @@ static void add_value(stats *s, double x)
     s->mean_size += (fabs(x) - s->mean_size) / (double)s->count;
 }
 
-/* What [GB] prints as standard deviation: the true one in Table 6; in Tables 3 and 4 deviations were
-   taken from half the mean; in Table 5 the sum is divided by one less than the count. */
-typedef enum formula { TRUE_STD, FROM_HALF_MEAN, OF_SAMPLE } formula;
-
-static double deviation(const stats *s, formula f)
+/* The standard deviation, as [GB] prints it: the sum of squares divided by one less than the count.
+   In Tables 3 and 4 deviations were taken from half the mean. */
+static double deviation(const stats *s, bool from_half_mean)
 {
-    double n = (double)s->count, variance = s->squares / (f == OF_SAMPLE ? n - 1 : n);
-    return sqrt(f == FROM_HALF_MEAN ? variance + s->mean * s->mean / 4 : variance);
+    double variance = s->squares / ((double)s->count - 1);
+    return sqrt(from_half_mean ? variance + s->mean * s->mean / 4 : variance);
 }
 
 typedef struct printed {
@@ -134,7 +132,8 @@ static void put_member(FILE *file, const char *before, double value)
     else fputs("null", file);
 }
 
-static void print_json_rows(FILE *file, const array *rows, const printed *table, formula f)
+/* half: the printed deviations are from half the mean. */
+static void print_json_rows(FILE *file, const array *rows, const printed *table, bool half)
 {
     size_t i;
     for (i = 0; i < rows->count; i++) {
@@ -147,8 +146,8 @@ static void print_json_rows(FILE *file, const array *rows, const printed *table,
         put_member(file, ",\"min\":", none ? nan("") : r->s.min);
         put_member(file, ",\"max\":", none ? nan("") : r->s.max);
         put_member(file, ",\"mean\":", none ? nan("") : r->s.mean);
-        put_member(file, ",\"std\":", deviation(&r->s, TRUE_STD));
-        put_member(file, ",\"std_printed\":", deviation(&r->s, f));
+        put_member(file, ",\"std\":", deviation(&r->s, false));
+        put_member(file, ",\"std_printed\":", deviation(&r->s, half));
         if (p) {
             put_member(file, ",\"printed\":{\"min\":", p->min);
             put_member(file, ",\"max\":", p->max);
@@ -172,15 +171,15 @@ static void print_figures(FILE *file, const char *name, const double figures[5])
     fputc('\n', file);
 }
 
-static void print_row(FILE *file, const row *r, const printed *p, formula f)
+static void print_row(FILE *file, const row *r, const printed *p, bool half)
 {
     double computed[5], known[5], difference[5];
     int i;
     computed[0] = r->s.count ? r->s.min : nan("");
     computed[1] = r->s.count ? r->s.max : nan("");
     computed[2] = r->s.count ? r->s.mean : nan("");
-    computed[3] = deviation(&r->s, TRUE_STD);
-    computed[4] = deviation(&r->s, f);
+    computed[3] = deviation(&r->s, false);
+    computed[4] = deviation(&r->s, half);
     fprintf(file, "%-12s %5" PRId64 "  ", r->mesh, r->step);
     print_figures(file, r->scheme, computed);
     if (r->s.undefined) fprintf(file, "%22s%" PRIu64 " samples have none\n", "", r->s.undefined);
@@ -197,14 +196,14 @@ static void print_row(FILE *file, const row *r, const printed *p, formula f)
     print_figures(file, "  difference", difference);
 }
 
-static void print_rows(FILE *file, const array *rows, const printed *table, formula f)
+static void print_rows(FILE *file, const array *rows, const printed *table, bool half)
 {
     size_t i;
     fprintf(file, "%-12s %5s  %-14s%14s%14s%14s%14s%14s\n", "mesh", "step", "scheme", "min", "max",
             "mean", "std", "std_printed");
     for (i = 0; i < rows->count; i++) {
         const row *r = (const row *)rows->data + i;
-        print_row(file, r, find_printed(table, r), f);
+        print_row(file, r, find_printed(table, r), half);
     }
 }
 
@@ -542,40 +541,57 @@ typedef struct subject {
     shape shape;
 } subject;
 
-/* The grid of a triangle; curvature is taken inside alone. */
-static uint32_t list_samples(psurf_sample *samples, bool inside)
+static void sample_distances(const surface *s, const subject *of, uint32_t first, uint32_t count,
+                             double *points, stats *result)
 {
-    uint32_t n = 0;
-    int i, j, border = inside ? 1 : 0;
-    for (j = border; j <= SEGMENTS - border; j++) {
-        for (i = border; i + j <= SEGMENTS - border; i++) {
-            samples[n].face = samples[n].sector = 0;
-            samples[n].u = (double)i / SEGMENTS;
-            samples[n++].v = (double)j / SEGMENTS;
-        }
-    }
-    return n;
+    psurf_tess_desc tess;
+    psurf_tess_out out;
+    uint32_t i;
+    memset(&tess, 0, sizeof tess);
+    memset(&out, 0, sizeof out);
+    tess.rate = SEGMENTS;
+    tess.flags = PSURF_TESS_PER_FACE;
+    out.p = points;
+    out.first_vertex = POINTS * first;
+    psurf_tessellate(&s->patches, &tess, first, count, &out);
+    for (i = 0; i < POINTS * count; i++) add_value(result, of->distance(points + 3 * (size_t)i));
 }
 
+/* Curvature is taken inside the triangles alone. */
+static void sample_curvature(const surface *s, uint32_t face, uint32_t end, stats *result)
+{
+    psurf_sample samples[POINTS];
+    double values[POINTS];
+    for (; face < end; face++) {
+        uint32_t count = 0, i, j;
+        for (j = 1; j < SEGMENTS; j++) {
+            for (i = 1; i + j < SEGMENTS; i++) {
+                samples[count].face = face;
+                samples[count].sector = 0;
+                samples[count].u = (double)i / SEGMENTS;
+                samples[count++].v = (double)j / SEGMENTS;
+            }
+        }
+        psurf_curvature(&s->patches, samples, count, values, NULL);
+        for (i = 0; i < count; i++) add_value(result, values[i]);
+    }
+}
+
+/* Faces go together: the library evaluates eight at once. */
 static void sample_surface(const surface *s, const subject *of, stats *result, uint64_t done,
                            uint64_t total)
 {
-    psurf_sample samples[POINTS];
-    double values[3 * POINTS];
-    psurf_points points;
-    uint32_t count = list_samples(samples, !of->distance), face, i;
-    memset(&points, 0, sizeof points);
-    points.p = values;
+    enum { AT_ONCE = 64 };
+    double *points = resize(NULL, AT_ONCE * POINTS, 3 * sizeof *points);
+    uint32_t face;
     memset(result, 0, sizeof *result);
-    for (face = 0; face < s->faces; face++) {
-        for (i = 0; i < count; i++) samples[i].face = face;
-        if (of->distance) psurf_eval(&s->patches, samples, count, &points);
-        else psurf_curvature(&s->patches, samples, count, values, NULL);
-        for (i = 0; i < count; i++) {
-            add_value(result, of->distance ? of->distance(values + 3 * i) : values[i]);
-        }
+    for (face = 0; face < s->faces; face += AT_ONCE) {
+        uint32_t count = s->faces - face < AT_ONCE ? s->faces - face : AT_ONCE;
+        if (of->distance) sample_distances(s, of, face, count, points, result);
+        else sample_curvature(s, face, face + count, result);
         progress(done + face, total);
     }
+    free(points);
 }
 
 static const char *const table_schemes[] = {"hybrid", "png1", "wm", "cubic_wm_b1"};
@@ -675,12 +691,12 @@ static void report_curvature(const report_desc *desc)
     out = open_output(NULL);
     if (desc->json) {
         fputs("{\"rows\":[\n", out.file);
-        print_json_rows(out.file, &rows, curvatures, TRUE_STD);
+        print_json_rows(out.file, &rows, curvatures, false);
         fputs("\n]}\n", out.file);
     } else {
         fputs("Gaussian curvature at the 171 inner samples of each triangle ([GB] Table 6)\n\n",
               out.file);
-        print_rows(out.file, &rows, curvatures, TRUE_STD);
+        print_rows(out.file, &rows, curvatures, false);
     }
     close_output(&out);
     free(rows.data);
@@ -756,25 +772,25 @@ static void print_distances(const distance_report *d, const report_desc *desc)
     output out = open_output(NULL);
     if (desc->json) {
         fputs("{\"rows\":[\n", out.file);
-        print_json_rows(out.file, &rows, distances, FROM_HALF_MEAN);
+        print_json_rows(out.file, &rows, distances, true);
         if (!sphere) fputs("\n],\"cosines\":[\n", out.file);
-        print_json_rows(out.file, &cosine_rows, cosines, OF_SAMPLE);
+        print_json_rows(out.file, &cosine_rows, cosines, false);
         fputs("\n]}\n", out.file);
     } else {
         fputs(sphere ? "Signed distance to the unit sphere; an icosahedron split in four step times"
               " ([GB] Table 3)\n\n" : "Signed distance to the torus of radii 1 and 1/2; step x step"
               " quads in halves ([GB] Table 4)\n\n", out.file);
-        print_rows(out.file, &rows, distances, FROM_HALF_MEAN);
+        print_rows(out.file, &rows, distances, true);
         if (!sphere) fputs("\nCosine between vertex normals, here means of the four quads', and "
                            "triangle normals ([GB] Table 5)\n\n", out.file);
-        if (!sphere) print_rows(out.file, &cosine_rows, cosines, OF_SAMPLE);
+        if (!sphere) print_rows(out.file, &cosine_rows, cosines, false);
     }
     close_output(&out);
     free(rows.data);
     free(cosine_rows.data);
 }
 
-enum { LEFT = 90, RIGHT = 570, TOP = 50, BOTTOM = 420, WIDTH = 740, HEIGHT = 480 };
+enum { LEFT = 90, RIGHT = 570, TOP = 50, BOTTOM = 420, WIDTH = 760, HEIGHT = 480 };
 
 /* Where a step and a size of distances are in the plot: exponents of 10 from low to high. */
 typedef struct plot { const distance_report *d; double first, last; int low, high; } plot;
