@@ -898,6 +898,14 @@ PSURF_API int psurf_exact(void);
 #else
 #define PSURF__UNROLL
 #endif
+/* Sums that fit in registers, and would not if several steps were mixed. */
+#if defined(__clang__)
+#define PSURF__ROLLED _Pragma("clang loop unroll(disable)")
+#elif defined(__GNUC__) && __GNUC__ >= 8
+#define PSURF__ROLLED _Pragma("GCC unroll 1")
+#else
+#define PSURF__ROLLED
+#endif
 #if defined(__GNUC__)
 #define PSURF__LIKELY(condition) __builtin_expect(!!(condition), 1)
 #else
@@ -3527,9 +3535,8 @@ typedef void psurf__local_rule(const psurf__local *l, const psurf__options *opti
 
 /* ---- point-normal schemes: boundary curves ---- */
 
-/* A square that is smaller than this part of another is rounding: sines and ratios below 1e-5, in
-   double 1e-12. */
-#define PSURF__SLIGHT (sizeof(psurf_real) == 4 ? PSURF__R(1e-10) : PSURF__R(1e-24))
+/* Of squares: sines and ratios below 1e-5 count as 0. In float they are little but rounding. */
+#define PSURF__SLIGHT PSURF__R(1e-10)
 
 /* d without its part along n. */
 static psurf__v3 psurf__tangential(psurf__v3 d, psurf__v3 n)
@@ -3545,13 +3552,13 @@ typedef enum psurf__curve_rule {
     PSURF__BY_WM                        /* [GB] 2.3: Walton and Meek's */
 } psurf__curve_rule;
 
-/* The boundary curve of an edge, p0 p0+h0 p1+h1 p1. Both facets compute it, from the same values but
-   with its ends swapped, and must get the same bits: so one function makes either handle, to which
-   the edge runs from the near end to the far one, and which is even in what changes sign where the
-   normals of the two sides are swapped. */
+/* The boundary curve of an edge: p0, p0 + h0, p1 + h1, p1. Both facets compute it, with the ends
+   and the sides swapped, and must get the same bits. So one function makes either handle, from a
+   chord that leads from the near end to the far one, and it is even in whatever changes its sign
+   where the normals of the two sides are swapped. */
 typedef struct psurf__curve {
     psurf__v3 chord, handle[2];
-    psurf__v3 normal[2];                /* that both sides have, or their mean; hard ends: unused */
+    psurf__v3 normal[2];                /* of both sides, or their mean; no use at hard ends */
     int hard;
 } psurf__curve;
 
@@ -3575,9 +3582,9 @@ static psurf__v3 psurf__smooth_handle(psurf__curve_rule rule, psurf__v3 d, psurf
     return psurf__mul(psurf__mad(d, scale * (2 * a1 + a * a0), far_normal), third);
 }
 
-/* The same where the tangent of the curve must lie on the line e, whose length and sign do not
-   matter. It is a third of the chord long, at most 1.061 times that, and with mu = 2 on a circular
-   arc exactly what Walton and Meek's rule gives. */
+/* The same on a hard edge, whose curve has to start along the line e; length and sign of e do not
+   matter. About a third of the chord long, never more than 1.061 times that; on a circular arc mu =
+   2 gives exactly what Walton and Meek's rule does. */
 static psurf__v3 psurf__line_handle(psurf__curve_rule rule, psurf__v3 d, psurf__v3 e)
 {
     const psurf_real mu = (psurf_real)rule;
@@ -3586,9 +3593,9 @@ static psurf__v3 psurf__line_handle(psurf__curve_rule rule, psurf__v3 d, psurf__
     return psurf__mul(u, (1 + mu) * psurf__dot(d, u) / (3 * (1 + mu * k * k)));
 }
 
-/* The line of the tangent at an end whose two sides have the normals m and n: it lies in both
-   tangent planes. (m-n) x (m+n) = 2 m x n, which near m = n keeps the digits that m x n would lose,
-   and exactly changes its sign where m and n are swapped. 1 degree apart, the end is hard. */
+/* The line along which a curve starts that has the normals m and n beside it: the intersection of
+   the two tangent planes. (m-n) x (m+n) is 2 m x n with all its digits near m = n, and changes
+   exactly its sign where m and n are swapped. From 1 degree on, the end is hard. */
 static psurf__v3 psurf__end_line(psurf__v3 d, psurf__v3 m, psurf__v3 n, int *hard)
 {
     const psurf__v3 difference = psurf__sub(m, n), sum = psurf__add(m, n);
@@ -3613,27 +3620,29 @@ static psurf__v3 psurf__common_normal(psurf__v3 m, psurf__v3 n)
 static psurf__curve psurf__make_curve(const psurf__local *l, uint32_t e, uint32_t f,
                                       psurf__curve_rule rule)
 {
-    const psurf__local_edge *edge = &l->edge[e];
+    const psurf__v3 begin = l->edge[e].begin, end = l->edge[e].end;
     const psurf__v3 back = psurf__sub(l->p[e], l->p[f]);
+    const int smooth = psurf__is_same(l->n[e], begin) && psurf__is_same(l->n[f], end);
     psurf__curve c;
+    psurf__v3 line;
     c.chord = psurf__sub(l->p[f], l->p[e]);
-    c.normal[0] = psurf__common_normal(l->n[e], edge->begin);
-    c.normal[1] = psurf__common_normal(l->n[f], edge->end);
+    c.normal[0] = psurf__common_normal(l->n[e], begin);
+    c.normal[1] = psurf__common_normal(l->n[f], end);
     c.hard = 0;
-    if (psurf__is_same(l->n[e], edge->begin) && psurf__is_same(l->n[f], edge->end)) {
+    if (smooth) {
         c.handle[0] = psurf__smooth_handle(rule, c.chord, c.normal[0], c.normal[1]);
         c.handle[1] = psurf__smooth_handle(rule, back, c.normal[1], c.normal[0]);
         return c;
     }
-    c.handle[0] = psurf__line_handle(rule, c.chord,
-                                     psurf__end_line(c.chord, l->n[e], edge->begin, &c.hard));
-    c.handle[1] = psurf__line_handle(rule, back,
-                                     psurf__end_line(back, l->n[f], edge->end, &c.hard));
+    line = psurf__end_line(c.chord, l->n[e], begin, &c.hard);
+    c.handle[0] = psurf__line_handle(rule, c.chord, line);
+    line = psurf__end_line(back, l->n[f], end, &c.hard);
+    c.handle[1] = psurf__line_handle(rule, back, line);
     return c;
 }
 
-/* Points beside the corners of a triangle, each told by its corner and whether it lies on the way to
-   the next corner, 0, or to the previous one, 1; in the order b210 b120 b201 b021 b102 b012. */
+/* The keys of a triangle are the six inner points of its edges, b210 b120 b201 b021 b102 b012: each
+   has a corner beside it, and is on the way to the next corner, 0, or to the previous one, 1. */
 static const unsigned char psurf__key[3][2] = {{0, 2}, {3, 1}, {4, 5}};
 static const unsigned char psurf__key_corner[6] = {0, 1, 0, 1, 2, 2};
 static const unsigned char psurf__key_way[6] = {0, 1, 1, 0, 0, 1};
@@ -3655,8 +3664,8 @@ static void psurf__make_frame(const psurf__local *l, psurf__curve_rule rule, psu
     }
 }
 
-/* b111 as the mean of the edge points, drawn away from the mean of the corners: [PN] (3). sigma =
-   1/2 keeps quadratics. */
+/* b111: the mean E of the keys, drawn away from the mean V of the corners; (1+s) E - s V is V and
+   (1+s) times the mean of the handles. [PN] (3); sigma = 1/2 keeps quadratics. */
 static psurf__v3 psurf__centre_point(const psurf__local *l, const psurf__v3 *handle,
                                      psurf_real sigma)
 {
@@ -3683,7 +3692,7 @@ static void psurf__put_nine(const psurf__local *l, const psurf__v3 *handle, psur
     psurf__put_boundary(l, handle, place, out);
 }
 
-/* The end of a patch: normals of its corners, and how its edges went. */
+/* What hybrid, png1 and ribbon patches end with: normals, and how the edges went. */
 static void psurf__put_end(const psurf__local *l, uint32_t e, int how, psurf_real *out)
 {
     psurf__put(out + 3 * e, l->n[e]);
@@ -3693,7 +3702,7 @@ static void psurf__put_end(const psurf__local *l, uint32_t e, int how, psurf_rea
 /* ---- pn: [PN] ---- */
 
 /* The normal in the middle of an edge: the sum of those at its ends, reflected in the plane across
-   the edge: [PN] (2), whose factor 2 makes it a reflection. Opposite normals have no mean: other. */
+   the edge: [PN] (2), with the factor 2. The sum of opposite normals is nothing: then other. */
 static psurf__v3 psurf__middle_normal(psurf__v3 d, psurf__v3 m, psurf__v3 n, psurf__v3 other)
 {
     const psurf__v3 sum = psurf__add(m, n), along = psurf__unit(d);
@@ -3734,10 +3743,10 @@ static void psurf__pn_triangle(const psurf__local *l, const psurf__options *opti
     psurf__put_normals(l, frame.curve, 0, out + 3 * 10);
 }
 
-/* The inner point of a quad beside corner i; the handles lead from a corner to the next, 0, and to
-   the previous one, 1. [PN] (4): a mean E of edge points, drawn away from a mean V of the corners by
-   1 + sigma. Both have the same mean of corners in them, so (1+s) E - s V is that mean and (1+s)
-   times the handles in E. The discrete Coons rule is of the same form. */
+/* The inner point of a quad beside corner i; handles lead to the next corner, 0, and to the
+   previous one, 1. [PN] (4), whose weights must sum to 18, so that the last sign is a minus. Its E
+   and V hold the same mean of the corners: (1+s) E - s V is that mean, and (1+s) times the handles
+   in E. The discrete Coons rule, written the same way, has no sigma. */
 static psurf__v3 psurf__quad_inner(const psurf__local *l, psurf__v3 handle[4][2], uint32_t i,
                                    const psurf__options *options)
 {
@@ -3799,8 +3808,8 @@ static void psurf__pn_quad(const psurf__local *l, const psurf__options *options,
 
 /* ---- smoothed_n: [N] ---- */
 
-/* How flat an edge is, 1: no need to smooth it. [N] takes the absolute value, so that it counts
-   sharp folds as flat. */
+/* How flat an edge is; 1: it need not be smoothed. [N] takes the absolute value, which counts sharp
+   folds as flat. */
 static psurf_real psurf__flatness(const psurf__local *l, uint32_t e, int hard,
                                   const psurf__options *options)
 {
@@ -3814,7 +3823,7 @@ static psurf_real psurf__flatness(const psurf__local *l, uint32_t e, int hard,
 
 static void psurf__smoothed_n(const psurf__local *l, const psurf__options *options, psurf_real *out)
 {
-    const int final = options->variant == PSURF_N_FINAL, g1 = options->variant == PSURF_N_G1;
+    const int is_final = options->variant == PSURF_N_FINAL, g1 = options->variant == PSURF_N_G1;
     psurf__frame frame;
     uint32_t e;
     psurf__make_frame(l, PSURF__BY_PROJECTION, &frame);
@@ -3825,153 +3834,15 @@ static void psurf__smoothed_n(const psurf__local *l, const psurf__options *optio
         out[e] = psurf__flatness(l, e, frame.curve[e].hard, options);
         out[3 + e] = PSURF__R(g1 && !frame.curve[e].hard);
     }
-    out[6] = PSURF__R(final);
-    out[7] = PSURF__R(final);
+    out[6] = out[7] = PSURF__R(is_final);               /* its listing alone draws the inside */
     out[8] = PSURF__R(options->shading == PSURF_SHADE_EXACT);
 }
 
-/* ---- hybrid: [GB] 2.1 ---- */
+/* ---- cubic_wm, cubic_pn: ribbons, [GB] 2.3 and 2.4 ---- */
 
-/* What the construction over an edge sees: the edge from a to b, c opposite, and the corner of the
-   triangle across; everything else from a. */
-typedef struct psurf__hinge {
-    psurf__v3 b, c, across;
-    psurf__v3 normal[4];                /* at a, b, c, and across */
-    psurf__v3 m;                        /* the direction that points are lifted in */
-} psurf__hinge;
-
-/* Whether a direction is fit to lift along: no tangent plane stands too steep. */
-static int psurf__can_lift(const psurf__hinge *h, uint32_t normals)
-{
-    uint32_t i;
-    for (i = 0; i < normals; i++)
-        if (!(psurf__abs(psurf__dot(h->normal[i], h->m)) >= PSURF__R(0.1))) return 0;
-    return 1;
-}
-
-/* Finds the direction of a smooth edge, and whether the formula holds: with the two triangles, seen
-   along m, on different sides of the edge and neither of them too thin. Both facets must decide
-   alike: they look at the edge the same way round. */
-static int psurf__open_hinge(const psurf__local *l, uint32_t e, uint32_t flags, psurf__hinge *h)
-{
-    const psurf__v3 a = l->p[e], b = l->p[(e + 1) % 3], c = l->p[(e + 2) % 3], d = l->edge[e].apex;
-    const int turned = l->edge[e].turned;
-    const psurf__v3 from = turned ? b : a, side = psurf__sub(turned ? a : b, from);
-    const psurf__v3 left = psurf__cross(side, psurf__sub(turned ? d : c, from));
-    const psurf__v3 right = psurf__cross(psurf__sub(turned ? c : d, from), side);
-    psurf_real k0, k1, least, most;
-    if (flags & PSURF_PLANE_NORMALS)
-        h->m = psurf__unit(psurf__tangential(psurf__add(h->normal[0], h->normal[1]),
-                                             psurf__unit(side)));
-    else
-        h->m = psurf__unit(psurf__add(psurf__unit(left), psurf__unit(right)));
-    k0 = psurf__dot(left, h->m);
-    k1 = psurf__dot(right, h->m);
-    if (!((k0 > 0 && k1 > 0) || (k0 < 0 && k1 < 0))) return 0;
-    k0 = psurf__abs(k0);
-    k1 = psurf__abs(k1);
-    least = k0 < k1 ? k0 : k1;
-    most = k0 < k1 ? k1 : k0;
-    return least > PSURF__R(1e-4) * most && least > PSURF__R(1e-4) * psurf__dot(side, side) &&
-           psurf__can_lift(h, 4);
-}
-
-/* From a point to a third of the way d, moved along m into the tangent plane. */
-static psurf__v3 psurf__lift(psurf__v3 d, psurf__v3 n, psurf__v3 m)
-{
-    return psurf__mul(psurf__mad(d, -(psurf__dot(n, d) / psurf__dot(n, m)), m), PSURF__R(1.0 / 3.0));
-}
-
-/* All six handles by lifting, in the order ab ba ac bc ca cb: that of the keys. */
-static void psurf__lift_all(const psurf__hinge *h, psurf__v3 *handle)
-{
-    const psurf__v3 zero = psurf__zero(), *n = h->normal;
-    handle[0] = psurf__lift(h->b, n[0], h->m);
-    handle[1] = psurf__lift(psurf__sub(zero, h->b), n[1], h->m);
-    handle[2] = psurf__lift(h->c, n[0], h->m);
-    handle[3] = psurf__lift(psurf__sub(h->c, h->b), n[1], h->m);
-    handle[4] = psurf__lift(psurf__sub(zero, h->c), n[2], h->m);
-    handle[5] = psurf__lift(psurf__sub(h->b, h->c), n[2], h->m);
-}
-
-/* The height of b111 over a along m, from the two conditions for C2 across the edge, added: it has
-   cubic precision. r, s, t: where the far corner lies on the plane orthogonal to m. */
-static psurf_real psurf__hybrid_height(const psurf__hinge *h, const psurf__v3 *handle)
-{
-    const psurf__v3 m = h->m, to_a = psurf__sub(psurf__zero(), h->across);
-    const psurf_real k = psurf__dot(psurf__cross(h->b, h->c), m);
-    const psurf_real s = psurf__dot(psurf__cross(h->across, h->c), m) / k;
-    const psurf_real t = psurf__dot(psurf__cross(h->b, h->across), m) / k, r = 1 - s - t;
-    const psurf_real b = psurf__dot(h->b, m), c = psurf__dot(h->c, m), d = psurf__dot(h->across, m);
-    const psurf_real b210 = psurf__dot(handle[0], m), b120 = b + psurf__dot(handle[1], m);
-    const psurf_real b201 = psurf__dot(handle[2], m), b021 = b + psurf__dot(handle[3], m);
-    const psurf_real b102 = c + psurf__dot(handle[4], m), b012 = c + psurf__dot(handle[5], m);
-    const psurf_real c102 = d + psurf__dot(psurf__lift(to_a, h->normal[3], m), m);
-    const psurf_real c012 = d + psurf__dot(psurf__lift(psurf__sub(h->b, h->across),
-                                                       h->normal[3], m), m);
-    const psurf_real own = r * r * b210 + 2 * r * s * (b210 + b120) + s * s * (b120 + b);
-    const psurf_real inside = 2 * t * (r * b201 + s * b021) + t * t * (b102 + b012);
-    return (c102 + c012 - own - inside) / (2 * t * (r + s));
-}
-
-/* The set of five points of edge e: b210 b120 b201 b021 b111. What it is blended with has to be as
-   good on an edge that has no triangle across, or another surface: there it is a PN triangle's,
-   lifted. Where lifting fails, the handles are Walton and Meek's. Returns how it went. */
-static int psurf__hybrid_set(const psurf__local *l, const psurf__frame *wm, uint32_t e,
-                             uint32_t flags, psurf__v3 *set)
-{
-    const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
-    const psurf__curve *curve = &wm->curve[e];
-    const int alone = curve->hard || l->edge[e].border;
-    const psurf__v3 a = l->p[e], b = l->p[f];
-    psurf__v3 handle[6];
-    psurf__hinge h;
-    int lifted;
-    uint32_t k;
-    h.b = psurf__sub(b, a);
-    h.c = psurf__sub(l->p[g], a);
-    h.across = psurf__sub(l->edge[e].apex, a);
-    h.normal[0] = alone ? l->n[e] : curve->normal[0];
-    h.normal[1] = alone ? l->n[f] : curve->normal[1];
-    h.normal[2] = l->n[g];
-    h.normal[3] = l->edge[e].apex_normal;
-    h.m = l->normal;
-    lifted = alone ? psurf__can_lift(&h, 3) : psurf__open_hinge(l, e, flags, &h);
-    for (k = 0; k < 6; k++)
-        handle[k] = wm->handle[psurf__key[(e + psurf__key_corner[k]) % 3][psurf__key_way[k]]];
-    if (lifted) psurf__lift_all(&h, handle);
-    if (curve->hard) {
-        handle[0] = curve->handle[0];
-        handle[1] = curve->handle[1];
-    }
-    for (k = 0; k < 4; k++) set[k] = psurf__add(k & 1 ? b : a, handle[k]);
-    set[4] = psurf__centre_point(l, handle, PSURF__R(0.5));
-    if (lifted && !alone) {
-        const psurf__v3 middle = psurf__mul(psurf__add(h.b, h.c), PSURF__R(1.0 / 3.0));
-        const psurf_real rise = psurf__hybrid_height(&h, handle) - psurf__dot(middle, h.m);
-        set[4] = psurf__mad(psurf__add(a, middle), rise, h.m);
-    }
-    if (curve->hard) return PSURF_EDGE_HARD;
-    return lifted ? PSURF_EDGE_SMOOTH : PSURF_EDGE_FALLBACK;
-}
-
-static void psurf__hybrid(const psurf__local *l, const psurf__options *options, psurf_real *out)
-{
-    psurf__frame wm;
-    psurf__v3 set[5];
-    uint32_t e, k;
-    psurf__make_frame(l, PSURF__BY_WM, &wm);
-    for (e = 0; e < 3; e++) {
-        psurf__put(out + 3 * e, l->p[e]);
-        psurf__put_end(l, e, psurf__hybrid_set(l, &wm, e, options->flags, set), out + 3 * 18);
-        for (k = 0; k < 5; k++) psurf__put(out + 3 * (3 + 5 * e + k), set[k]);
-    }
-}
-
-/* ---- png1, and the ribbons of Walton and Meek: what lies beside an edge ---- */
-
-/* An edge's curve as three legs, and a vector across each: what leads into the triangle at the ends
-   is measured along and across the outer legs, and carried on to the others. */
+/* An edge's curve as three legs, from point to point, and a vector across each. What leads into the
+   triangle at either end is measured along and across the leg there, and carried to the others: so
+   cross derivatives stay in planes that both facets know. */
 typedef struct psurf__legs {
     psurf__v3 leg[3], across[3];
     psurf__v3 into[2];                  /* from start and end to the point off the edge */
@@ -4008,62 +3879,14 @@ static psurf__v3 psurf__carried(const psurf__legs *s, psurf__parts x, uint32_t l
     return psurf__mix(x.along, s->leg[leg], x.across, s->across[leg]);
 }
 
-/* Edge e has no triangle to be smooth with: both its inner points are that of a PN triangle. */
+/* The inner points of a hard edge, where nothing has to be smooth and the formulas go wild. */
 static void psurf__plain_inside(const psurf__local *l, const psurf__frame *frame, psurf__v3 *inner)
 {
     inner[0] = inner[1] = psurf__centre_point(l, frame->handle, PSURF__R(0.5));
 }
 
-/* [GB] 2.2. Any map that is linear in a leg and what is across it makes the edge G1; the tables of
-   the paper tell that it is this similarity. alt holds handles; two of them come from this edge. */
-static int psurf__png1_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
-                            psurf__v3 *inner, psurf__v3 *alt)
-{
-    const psurf__curve *c = &frame->curve[e];
-    const psurf__v3 normals = psurf__add(l->normal, l->edge[e].normal);
-    psurf__legs s = psurf__legs_of(frame, e);
-    psurf__parts x[2];
-    psurf__v3 normal[3];
-    uint32_t k;
-    if (c->hard) {
-        psurf__plain_inside(l, frame, inner);
-        return PSURF_EDGE_HARD;
-    }
-    normal[0] = c->normal[0];
-    normal[1] = psurf__unit(psurf__tangential(normals, psurf__unit(s.leg[1])));
-    normal[2] = c->normal[1];
-    for (k = 0; k < 3; k++) s.across[k] = psurf__cross(normal[k], s.leg[k]);
-    for (k = 0; k < 2; k++) {
-        x[k].along = psurf__part(s.into[k], s.leg[2 * k], s.slight);
-        x[k].across = psurf__part(s.into[k], s.across[2 * k], s.slight);
-        inner[k] = psurf__add(psurf__add(l->p[(e + k) % 3], c->handle[k]),
-                              psurf__carried(&s, x[k], 1));
-    }
-    alt[psurf__key[e][1]] = psurf__add(c->handle[0], psurf__carried(&s, x[1], 0));
-    alt[psurf__key[(e + 1) % 3][0]] = psurf__add(c->handle[1], psurf__carried(&s, x[0], 2));
-    if (!(psurf__dot(normals, normals) > PSURF__SLIGHT)) s.singular = 1;
-    return s.singular ? PSURF_EDGE_FALLBACK : PSURF_EDGE_SMOOTH;
-}
-
-static void psurf__png1(const psurf__local *l, const psurf__options *options, psurf_real *out)
-{
-    psurf__frame frame;
-    psurf__v3 alt[6], inner[2];
-    uint32_t e, k;
-    (void)options;
-    psurf__make_frame(l, PSURF__BY_LENGTH, &frame);
-    for (k = 0; k < 6; k++) alt[k] = frame.handle[k];
-    psurf__put_nine(l, frame.handle, out);
-    for (e = 0; e < 3; e++) {
-        psurf__put_end(l, e, psurf__png1_edge(l, &frame, e, inner, alt), out + 3 * 21);
-        for (k = 0; k < 2; k++) psurf__put(out + 3 * (15 + 2 * e + k), inner[k]);
-    }
-    for (k = 0; k < 6; k++)
-        psurf__put(out + 3 * (9 + k), psurf__add(l->p[psurf__key_corner[k]], alt[k]));
-}
-
-/* A unit vector in the tangent plane across a leg; [GB] 2.3 (4). Across the chord, where the curve
-   starts along the normal. */
+/* In the tangent plane, across leg k at unit length: [GB] (4). Where the leg has no length, because
+   the normal points along the edge, across the chord. */
 static psurf__v3 psurf__across_leg(psurf__v3 normal, const psurf__legs *s, uint32_t k,
                                    psurf__v3 chord)
 {
@@ -4071,8 +3894,8 @@ static psurf__v3 psurf__across_leg(psurf__v3 normal, const psurf__legs *s, uint3
     return psurf__cross(normal, psurf__unit(none ? chord : s->leg[k]));
 }
 
-/* The cross derivative along an edge as a cubic between two vectors, D0 and D3, so that it stays in
-   the plane of the ribbon, which both facets share; and from it the two inner points. [GB] 2.4. */
+/* The two inner points that edge e asks for: its cross derivative, a cubic from d[0] to d[1], stays
+   in the planes of the ribbon that both facets share. [GB] 2.4, where al1 and be1 take Delta_3. */
 static int psurf__ribbon_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
                               psurf__v3 *inner)
 {
@@ -4134,6 +3957,212 @@ static void psurf__cubic_pn(const psurf__local *l, const psurf__options *options
     psurf__ribbons(l, PSURF__BY_PROJECTION, out);
 }
 
+/* ---- png1: [GB] 2.2 ---- */
+
+/* The inner points of edge e, and handles of two keys off it, from a similarity per leg. Any map
+   that is linear in a leg and its across makes the edge G1; that it is this the paper's tables
+   tell. */
+static int psurf__png1_edge(const psurf__local *l, const psurf__frame *frame, uint32_t e,
+                            psurf__v3 *inner, psurf__v3 *alt)
+{
+    const psurf__curve *c = &frame->curve[e];
+    const psurf__v3 normals = psurf__add(l->normal, l->edge[e].normal);
+    psurf__legs s = psurf__legs_of(frame, e);
+    psurf__parts x[2];
+    psurf__v3 normal[3];
+    uint32_t k;
+    if (c->hard) {
+        psurf__plain_inside(l, frame, inner);
+        return PSURF_EDGE_HARD;
+    }
+    normal[0] = c->normal[0];
+    normal[1] = psurf__unit(psurf__tangential(normals, psurf__unit(s.leg[1])));
+    normal[2] = c->normal[1];
+    for (k = 0; k < 3; k++) s.across[k] = psurf__cross(normal[k], s.leg[k]);
+    for (k = 0; k < 2; k++) {
+        x[k].along = psurf__part(s.into[k], s.leg[2 * k], s.slight);
+        x[k].across = psurf__part(s.into[k], s.across[2 * k], s.slight);
+        inner[k] = psurf__add(psurf__add(l->p[(e + k) % 3], c->handle[k]),
+                              psurf__carried(&s, x[k], 1));
+    }
+    alt[psurf__key[e][1]] = psurf__add(c->handle[0], psurf__carried(&s, x[1], 0));
+    alt[psurf__key[(e + 1) % 3][0]] = psurf__add(c->handle[1], psurf__carried(&s, x[0], 2));
+    if (!(psurf__dot(normals, normals) > PSURF__SLIGHT)) s.singular = 1;
+    return s.singular ? PSURF_EDGE_FALLBACK : PSURF_EDGE_SMOOTH;
+}
+
+static void psurf__png1(const psurf__local *l, const psurf__options *options, psurf_real *out)
+{
+    psurf__frame frame;
+    psurf__v3 alt[6], inner[2];
+    uint32_t e, k;
+    (void)options;
+    psurf__make_frame(l, PSURF__BY_LENGTH, &frame);
+    for (k = 0; k < 6; k++) alt[k] = frame.handle[k];
+    psurf__put_nine(l, frame.handle, out);
+    for (e = 0; e < 3; e++) {
+        psurf__put_end(l, e, psurf__png1_edge(l, &frame, e, inner, alt), out + 3 * 21);
+        for (k = 0; k < 2; k++) psurf__put(out + 3 * (15 + 2 * e + k), inner[k]);
+    }
+    for (k = 0; k < 6; k++)
+        psurf__put(out + 3 * (9 + k), psurf__add(l->p[psurf__key_corner[k]], alt[k]));
+}
+
+/* ---- hybrid: [GB] 2.1 ---- */
+
+/* An edge from a to b with its two triangles, whose other corners are c and, across, one more;
+   places are seen from a. */
+typedef struct psurf__hinge {
+    psurf__v3 b, c, across;
+    psurf__v3 normal[4];                /* at a, b, c, and across */
+    psurf__v3 m;                        /* the direction that points are lifted along */
+    int alone;                          /* nothing to be smooth with: a border, or hard */
+    int lifted;                         /* lifting works */
+} psurf__hinge;
+
+/* Whether a direction is fit to lift along: no tangent plane stands too steep. */
+static int psurf__can_lift(const psurf__hinge *h, uint32_t normals)
+{
+    uint32_t i;
+    for (i = 0; i < normals; i++)
+        if (!(psurf__abs(psurf__dot(h->normal[i], h->m)) >= PSURF__R(0.1))) return 0;
+    return 1;
+}
+
+/* Finds the direction of a smooth edge, and whether the formula holds: with the two triangles, seen
+   along m, on different sides of the edge, and neither of them too thin. Both facets must decide
+   alike, so they look at the edge the same way round. */
+static int psurf__open_hinge(const psurf__local *l, uint32_t e, uint32_t flags, psurf__hinge *h)
+{
+    const psurf__local_edge *edge = &l->edge[e];
+    const psurf__v3 own = l->p[(e + 2) % 3];
+    const psurf__v3 from = l->p[edge->turned ? (e + 1) % 3 : e];
+    const psurf__v3 side = psurf__sub(l->p[edge->turned ? e : (e + 1) % 3], from);
+    const psurf__v3 to_left = psurf__sub(edge->turned ? edge->apex : own, from);
+    const psurf__v3 to_right = psurf__sub(edge->turned ? own : edge->apex, from);
+    const psurf__v3 left = psurf__cross(side, to_left), right = psurf__cross(to_right, side);
+    const psurf_real reach = psurf__dot(side, side) + psurf__dot(to_left, to_left) +
+                             psurf__dot(to_right, to_right);
+    const psurf_real least = PSURF__R(1e-4) * reach;
+    psurf_real a, b;
+    if (flags & PSURF_PLANE_NORMALS)
+        h->m = psurf__unit(psurf__tangential(psurf__add(h->normal[0], h->normal[1]),
+                                             psurf__unit(side)));
+    else
+        h->m = psurf__unit(psurf__add(psurf__unit(left), psurf__unit(right)));
+    a = psurf__dot(left, h->m);
+    b = psurf__dot(right, h->m);
+    return ((a > least && b > least) || (-a > least && -b > least)) && psurf__can_lift(h, 4);
+}
+
+static psurf__hinge psurf__hinge_of(const psurf__local *l, const psurf__frame *wm, uint32_t e,
+                                    uint32_t flags)
+{
+    const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
+    const psurf__curve *curve = &wm->curve[e];
+    psurf__hinge h;
+    h.b = psurf__sub(l->p[f], l->p[e]);
+    h.c = psurf__sub(l->p[g], l->p[e]);
+    h.across = psurf__sub(l->edge[e].apex, l->p[e]);
+    h.alone = curve->hard || l->edge[e].border;
+    h.normal[0] = h.alone ? l->n[e] : curve->normal[0];
+    h.normal[1] = h.alone ? l->n[f] : curve->normal[1];
+    h.normal[2] = l->n[g];
+    h.normal[3] = l->edge[e].apex_normal;
+    h.m = l->normal;
+    h.lifted = h.alone ? psurf__can_lift(&h, 3) : psurf__open_hinge(l, e, flags, &h);
+    return h;
+}
+
+/* A third of the way d from a point, moved along m into its tangent plane. */
+static psurf__v3 psurf__lift(psurf__v3 d, psurf__v3 n, psurf__v3 m)
+{
+    const psurf_real s = -(psurf__dot(n, d) / psurf__dot(n, m));
+    return psurf__mul(psurf__mad(d, s, m), PSURF__R(1.0 / 3.0));
+}
+
+/* All six handles by lifting, in the order of the keys: a to b, b to a, a to c, ... */
+static void psurf__lift_all(const psurf__hinge *h, psurf__v3 *handle)
+{
+    const psurf__v3 zero = psurf__zero(), *n = h->normal;
+    handle[0] = psurf__lift(h->b, n[0], h->m);
+    handle[1] = psurf__lift(psurf__sub(zero, h->b), n[1], h->m);
+    handle[2] = psurf__lift(h->c, n[0], h->m);
+    handle[3] = psurf__lift(psurf__sub(h->c, h->b), n[1], h->m);
+    handle[4] = psurf__lift(psurf__sub(zero, h->c), n[2], h->m);
+    handle[5] = psurf__lift(psurf__sub(h->b, h->c), n[2], h->m);
+}
+
+/* The height of b111 over a along m: the two conditions for C2 across the edge, added, which has
+   cubic precision. r, s, t: barycentric coordinates of the far corner, seen along m. */
+static psurf_real psurf__hybrid_height(const psurf__hinge *h, const psurf__v3 *handle)
+{
+    const psurf__v3 m = h->m, n = h->normal[3], to_a = psurf__sub(psurf__zero(), h->across);
+    const psurf__v3 to_b = psurf__sub(h->b, h->across);
+    const psurf_real k = psurf__dot(psurf__cross(h->b, h->c), m);
+    const psurf_real s = psurf__dot(psurf__cross(h->across, h->c), m) / k;
+    const psurf_real t = psurf__dot(psurf__cross(h->b, h->across), m) / k, r = 1 - s - t;
+    const psurf_real b = psurf__dot(h->b, m), c = psurf__dot(h->c, m), d = psurf__dot(h->across, m);
+    const psurf_real b210 = psurf__dot(handle[0], m), b120 = b + psurf__dot(handle[1], m);
+    const psurf_real b201 = psurf__dot(handle[2], m), b021 = b + psurf__dot(handle[3], m);
+    const psurf_real b102 = c + psurf__dot(handle[4], m), b012 = c + psurf__dot(handle[5], m);
+    const psurf_real c102 = d + psurf__dot(psurf__lift(to_a, n, m), m);
+    const psurf_real c012 = d + psurf__dot(psurf__lift(to_b, n, m), m);
+    const psurf_real edge = r * r * b210 + 2 * r * s * (b210 + b120) + s * s * (b120 + b);
+    const psurf_real inside = 2 * t * (r * b201 + s * b021) + t * t * (b102 + b012);
+    return (c102 + c012 - edge - inside) / (2 * t * (r + s));
+}
+
+/* b111 of a set: by the formula; a PN triangle's, where there is nothing to be smooth with; where
+   lifting fails, what the two inner points of Walton and Meek's ribbon have in the middle. */
+static psurf__v3 psurf__hybrid_centre(const psurf__local *l, const psurf__frame *wm, uint32_t e,
+                                      const psurf__hinge *h, const psurf__v3 *handle)
+{
+    const psurf__v3 middle = psurf__mul(psurf__add(h->b, h->c), PSURF__R(1.0 / 3.0));
+    psurf__v3 inner[2];
+    if (h->alone) return psurf__centre_point(l, handle, PSURF__R(0.5));
+    if (h->lifted)
+        return psurf__mad(psurf__add(l->p[e], middle),
+                          psurf__hybrid_height(h, handle) - psurf__dot(middle, h->m), h->m);
+    psurf__ribbon_edge(l, wm, e, inner);
+    return psurf__mul(psurf__add(inner[0], inner[1]), PSURF__R(0.5));
+}
+
+/* The set of edge e: b210 b120 b201 b021 b111, as if it were the first. Its own two keys are those
+   of the hard curve where it is hard; all are Walton and Meek's where lifting fails. */
+static int psurf__hybrid_set(const psurf__local *l, const psurf__frame *wm, uint32_t e,
+                             uint32_t flags, psurf__v3 *set)
+{
+    const psurf__curve *curve = &wm->curve[e];
+    const psurf__hinge h = psurf__hinge_of(l, wm, e, flags);
+    psurf__v3 handle[6];
+    uint32_t k;
+    for (k = 0; k < 6; k++)
+        handle[k] = wm->handle[psurf__key[(e + psurf__key_corner[k]) % 3][psurf__key_way[k]]];
+    if (h.lifted) psurf__lift_all(&h, handle);
+    if (curve->hard) {
+        handle[0] = curve->handle[0];
+        handle[1] = curve->handle[1];
+    }
+    for (k = 0; k < 4; k++) set[k] = psurf__add(l->p[(e + k % 2) % 3], handle[k]);
+    set[4] = psurf__hybrid_centre(l, wm, e, &h, handle);
+    if (curve->hard) return PSURF_EDGE_HARD;
+    return h.lifted ? PSURF_EDGE_SMOOTH : PSURF_EDGE_FALLBACK;
+}
+
+static void psurf__hybrid(const psurf__local *l, const psurf__options *options, psurf_real *out)
+{
+    psurf__frame wm;
+    psurf__v3 set[5];
+    uint32_t e, k;
+    psurf__make_frame(l, PSURF__BY_WM, &wm);
+    for (e = 0; e < 3; e++) {
+        psurf__put(out + 3 * e, l->p[e]);
+        psurf__put_end(l, e, psurf__hybrid_set(l, &wm, e, options->flags, set), out + 3 * 18);
+        for (k = 0; k < 5; k++) psurf__put(out + 3 * (3 + 5 * e + k), set[k]);
+    }
+}
+
 /* ---- point-normal schemes: from the tables to the rules ---- */
 
 /* The kind of patch of facets filed under a kind. */
@@ -4155,9 +4184,10 @@ static psurf__v3 psurf__triangle_normal(psurf__v3 a, psurf__v3 b, psurf__v3 c)
 }
 
 /* What lies across edge i of a facet of size corners. The facet across runs the other way: its
-   half-edge starts where ours ends. Its normal is made as it makes it itself: same bits. */
+   half-edge starts where ours ends. Its normal is made as it makes it itself: same bits. Across a
+   smooth edge the normals at its ends are our own. */
 static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t size, uint32_t i,
-                               psurf__local *l)
+                               int apexes, psurf__local *l)
 {
     const psurf_topology *t = p->topology;
     const uint32_t other = psurf__corner_across(t, corner), next = psurf__following(i, size);
@@ -4170,7 +4200,9 @@ static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t
     edge->apex = l->p[psurf__following(next, size)];
     edge->apex_normal = l->n[psurf__following(next, size)];
     edge->normal = l->normal;
-    if (edge->border) return;
+    if (edge->border ||
+        (!apexes && !((t->corners[other].edge ^ t->corners[corner].edge) & ~PSURF_WRITER)))
+        return;
     sides = psurf__kind_sides(psurf__facet_kind(t, psurf__corner_facet(t, other, &place)));
     first = other - place;
     for (k = 0; k < sides; k++) psurf__read_point_normal(p, first + k, &p3[k], &n3[k]);
@@ -4184,7 +4216,7 @@ static void psurf__read_across(const psurf_patches *p, uint32_t corner, uint32_t
 }
 
 /* A facet of size corners from first on. */
-static void psurf__read_local(const psurf_patches *p, uint32_t first, uint32_t size,
+static void psurf__read_local(const psurf_patches *p, uint32_t first, uint32_t size, int apexes,
                               psurf__local *l)
 {
     uint32_t vertex[4], i;
@@ -4192,27 +4224,29 @@ static void psurf__read_local(const psurf_patches *p, uint32_t first, uint32_t s
         vertex[i] = psurf__read_point_normal(p, first + i, &l->p[i], &l->n[i]);
     l->normal = psurf__triangle_normal(l->p[0], l->p[1], l->p[2]);
     for (i = 0; i < size; i++) {
-        psurf__read_across(p, first + i, size, i, l);
+        psurf__read_across(p, first + i, size, i, apexes, l);
         l->edge[i].turned = vertex[i] > vertex[psurf__following(i, size)];
     }
 }
 
-/* The rule for facets filed under a kind. */
-static psurf__local_rule *psurf__rule_of(const psurf_patches *p, psurf_kind kind);
-
-static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
-                                psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out)
+/* Runs a rule over facets first to end-1. */
+static void psurf__run_rule(const psurf_patches *p, const psurf__control *control, psurf_kind kind,
+                            uint32_t first, uint32_t end, psurf__local_rule *rule, int apexes,
+                            psurf_real *out)
 {
     const uint32_t sides = psurf__kind_sides(kind);
     const size_t reals = 3 * (size_t)psurf__kind_table[psurf__patch_kind(p, kind)].points;
-    psurf__local_rule *const rule = psurf__rule_of(p, kind);
     uint32_t corner = psurf__facet_corner(p->topology, kind, first), i;
     psurf__local local;
     for (i = first; i < end; i++, corner += sides, out += reals) {
-        psurf__read_local(p, corner, sides, &local);
+        psurf__read_local(p, corner, sides, apexes, &local);
         rule(&local, &control->options, out);
     }
 }
+
+/* Finds the rule in the table below. */
+static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
+                                psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out);
 
 /* ---- the table of schemes, and the passes that run them ---- */
 
@@ -4223,24 +4257,27 @@ typedef struct psurf__scheme_row {
     void (*facets)(const psurf_patches *, const psurf__control *, psurf_kind, uint32_t first,
                    uint32_t end, psurf_real *out);
     psurf__local_rule *rule, *quad;     /* what psurf__local_facets asks */
+    int apexes;                         /* rule looks at the facets across */
 } psurf__scheme_row;
 
 static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
-    {"pm", PSURF_SPLIT_PM, PSURF_PN_TRI, psurf__pm_facets, NULL, NULL},
-    {"pn", PSURF_SPLIT_PN, PSURF_PN_TRI, psurf__local_facets, psurf__pn_triangle, psurf__pn_quad},
+    {"pm", PSURF_SPLIT_PM, PSURF_PN_TRI, psurf__pm_facets, NULL, NULL, 0},
+    {"pn", PSURF_SPLIT_PN, PSURF_PN_TRI, psurf__local_facets, psurf__pn_triangle, psurf__pn_quad,
+     0},
     {"smoothed_n", PSURF_SPLIT_TRIANGLES, PSURF_NPATCH, psurf__local_facets, psurf__smoothed_n,
-     NULL},
-    {"hybrid", PSURF_SPLIT_TRIANGLES, PSURF_HYBRID_TRI, psurf__local_facets, psurf__hybrid, NULL},
-    {"png1", PSURF_SPLIT_TRIANGLES, PSURF_PNG1_TRI, psurf__local_facets, psurf__png1, NULL},
+     NULL, 1},
+    {"hybrid", PSURF_SPLIT_TRIANGLES, PSURF_HYBRID_TRI, psurf__local_facets, psurf__hybrid, NULL,
+     1},
+    {"png1", PSURF_SPLIT_TRIANGLES, PSURF_PNG1_TRI, psurf__local_facets, psurf__png1, NULL, 1},
     {"cubic_wm_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_wm,
-     NULL},
+     NULL, 0},
     {"cubic_pn_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_pn,
-     NULL},
+     NULL, 0},
     {"cubic_wm_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_wm,
-     NULL},
+     NULL, 0},
     {"cubic_pn_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_pn,
-     NULL},
-    {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, psurf__local_facets, NULL, NULL}
+     NULL, 0},
+    {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, psurf__local_facets, NULL, NULL, 0}
 };
 
 static psurf_kind psurf__scheme_triangle(psurf_scheme scheme)
@@ -4253,16 +4290,19 @@ static psurf_kind psurf__patch_kind(const psurf_patches *p, psurf_kind kind)
     return kind == PSURF_PN_TRI ? psurf__schemes[p->scheme].triangle : kind;
 }
 
-/* In a mix, that of the scheme that makes this kind from the curves that the mix has. */
-static psurf__local_rule *psurf__rule_of(const psurf_patches *p, psurf_kind kind)
+/* In a mix, it is that which makes this kind from the curves that the mix has. */
+static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
+                                psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out)
 {
     const unsigned curves = (unsigned)p->topology->mixed_first;
+    const psurf__scheme_row *row;
     uint32_t s = (uint32_t)p->scheme;
-    if (kind == PSURF_PN_QUAD) return psurf__schemes[s].quad;
     if (p->scheme == PSURF_MIXED)
         for (s = PSURF_PN; psurf__schemes[s].triangle != kind ||
                            psurf__curves_of(s) != psurf__curves_of(curves);) s++;
-    return psurf__schemes[s].rule;
+    row = &psurf__schemes[s];
+    psurf__run_rule(p, control, kind, first, end, kind == PSURF_PN_QUAD ? row->quad : row->rule,
+                    row->apexes, out);
 }
 
 static psurf_real *psurf__patch_points(const psurf_patches *p, psurf_kind kind, uint32_t facet)
@@ -4649,28 +4689,32 @@ typedef struct psurf__net_row {
     unsigned char net[10];              /* row by row, as Bezier triangles are stored */
     unsigned char blends;
     unsigned char blend[PSURF__MAX_BLENDS][2];  /* place to, place from */
+    unsigned char mirror[PSURF__MAX_BLENDS];    /* its like where corners 0 and 1 change places */
 } psurf__net_row;
 
 #define PSURF__ORIGIN 255               /* instead of a place: the zero of local coordinates */
 
 static const psurf__net_row psurf__bezier_net = {
-    {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 0, {{0, 0}}
+    {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 0, {{0, 0}}, {0}
 };
 static const psurf__net_row psurf__hybrid_net = {
     {0, 3, 4, 1, 14, PSURF__ORIGIN, 8, 13, 9, 2}, 9,
     {{16, 3}, {5, 14}, {6, 8}, {10, 4}, {11, 13}, {15, 9},
-     {7, PSURF__ORIGIN}, {12, PSURF__ORIGIN}, {17, PSURF__ORIGIN}}
+     {7, PSURF__ORIGIN}, {12, PSURF__ORIGIN}, {17, PSURF__ORIGIN}},
+    {3, 2, 1, 0, 5, 4, 6, 8, 7}
 };
 static const psurf__net_row psurf__png1_net = {
     {0, 1, 2, 3, 4, PSURF__ORIGIN, 5, 6, 7, 8}, 12,
     {{9, 1}, {10, 2}, {11, 4}, {12, 5}, {13, 6}, {14, 7},
      {15, PSURF__ORIGIN}, {16, PSURF__ORIGIN}, {17, PSURF__ORIGIN},
-     {18, PSURF__ORIGIN}, {19, PSURF__ORIGIN}, {20, PSURF__ORIGIN}}
+     {18, PSURF__ORIGIN}, {19, PSURF__ORIGIN}, {20, PSURF__ORIGIN}},
+    {1, 0, 3, 2, 5, 4, 7, 6, 11, 10, 9, 8}
 };
 static const psurf__net_row psurf__ribbon_net = {
     {0, 1, 2, 3, 4, PSURF__ORIGIN, 5, 6, 7, 8}, 6,
     {{9, PSURF__ORIGIN}, {10, PSURF__ORIGIN}, {11, PSURF__ORIGIN},
-     {12, PSURF__ORIGIN}, {13, PSURF__ORIGIN}, {14, PSURF__ORIGIN}}
+     {12, PSURF__ORIGIN}, {13, PSURF__ORIGIN}, {14, PSURF__ORIGIN}},
+    {1, 0, 5, 4, 3, 2}
 };
 
 typedef struct psurf__kind_row {
@@ -6240,14 +6284,424 @@ static void PSURF__K(triangle_jet)(psurf_kind kind, const psurf__l3 *local,
     for (n = 0; n < count; n++) PSURF__K(add_blend)(&w[n], x[n], second, jet);
 }
 
+/* ---- smoothed N-patches: curves from an edge to the opposite corner ----
+
+   [N]: P = N + sum of w_e (P_e - N), where N is the cubic of the ten points and P_e sweeps the
+   triangle by PN curves from the edge's curve to the opposite corner. All is taken from the flat
+   triangle of the corners upwards: what is left vanishes at every corner as fast as derivatives of
+   the weights grow there. Each edge, from a to b, has parameters of its own: x is the weight t_b, y
+   that of the opposite corner, t_c; tau = t_b/(t_a+t_b) tells where on the edge's curve. */
+
+/* Bends are points of the cubic less those of the flat triangle; all is relative to corner 0. */
+typedef struct PSURF__K(smoothed) {
+    psurf__l3 bend[10], corner[3], normal[3];
+    psurf__lanes flat[3], turned[3];            /* of edges */
+    psurf__lanes least[3];                      /* squares of slopes below it are no direction */
+    psurf__lanes counts, drawn;                 /* flatness counts; the inside is drawn to N */
+} PSURF__K(smoothed);
+
+/* How an edge contributes: along x and y; then xx, xy, yy. Sums over edges; by t0, t1, t2. */
+typedef struct PSURF__K(edge_lift) { psurf__l3 v, d[2], dd[3]; } PSURF__K(edge_lift);
+typedef struct PSURF__K(lift) {
+    PSURF__K(weight) w;
+    psurf__l3 v, d[3], dd[6];
+} PSURF__K(lift);
+
+/* From points as they are stored. */
+static void PSURF__K(open_smoothed)(const psurf__l3 *stored, PSURF__K(smoothed) *s)
+{
+    const psurf__kind_row *row = &psurf__kinds[PSURF_NPATCH];
+    const psurf__lanes thirds[4] = {psurf__l_all(0), psurf__l_all(PSURF__R(1.0 / 3.0)),
+                                    psurf__l_all(PSURF__R(2.0 / 3.0)), psurf__l_all(1)};
+    uint32_t k, l, at = 0;
+    for (k = 0; k < 3; k++) {
+        s->corner[k] = psurf__l3_sub(stored[row->edge[k][0]], stored[0]);
+        psurf__l3_put(&s->normal[k], stored[row->normal[k]]);
+    }
+    for (l = 0; l < 4; l++)
+        for (k = 0; k + l < 4; k++, at++) {
+            const psurf__l3 flat = psurf__l3_mix(thirds[k], s->corner[1], thirds[l], s->corner[2]);
+            s->bend[at] = psurf__l3_sub(psurf__l3_sub(stored[at], stored[0]), flat);
+        }
+    s->bend[0] = s->bend[3] = s->bend[9] = psurf__l3_zero();
+    for (k = 0; k < 3; k++) {
+        const psurf__l3 chord = psurf__l3_sub(s->corner[psurf__following(k, 3)], s->corner[k]);
+        s->least[k] = psurf__l_add(psurf__l_all(PSURF__R(1e-30)),
+                                   psurf__l_mul(psurf__l_all(PSURF__R(1e-12)),
+                                                psurf__l3_dot(chord, chord)));
+    }
+    s->flat[0] = stored[16].x, s->flat[1] = stored[16].y, s->flat[2] = stored[16].z;
+    s->turned[0] = stored[17].x, s->turned[1] = stored[17].y, s->turned[2] = stored[17].z;
+    s->counts = stored[18].x, s->drawn = stored[18].y;
+}
+
+/* An edge's curve above its chord, from its two bends, and derivatives by tau; rest = 1 - tau. */
+static PSURF__INLINE void PSURF__K(curve)(const psurf__l3 *b0, const psurf__l3 *b1,
+                                          psurf__lanes rest, psurf__lanes tau, int order,
+                                          psurf__l3 c[4])
+{
+    const psurf__lanes rest3 = psurf__l_mul(psurf__l_all(3), rest), six = psurf__l_all(6);
+    const psurf__lanes tau3 = psurf__l_mul(psurf__l_all(3), tau), both = psurf__l_mul(rest3, tau);
+    const psurf__lanes fall = psurf__l_sub(rest, PSURF__K(twice)(tau));
+    const psurf__lanes rise = psurf__l_sub(PSURF__K(twice)(rest), tau);
+    c[0] = psurf__l3_mix(psurf__l_mul(both, rest), *b0, psurf__l_mul(both, tau), *b1);
+    if (order < 1) return;
+    c[1] = psurf__l3_mix(psurf__l_mul(rest3, fall), *b0, psurf__l_mul(tau3, rise), *b1);
+    if (order < 2) return;
+    c[2] = psurf__l3_mul(psurf__l3_sub(psurf__l3_mul(*b1, fall), psurf__l3_mul(*b0, rise)), six);
+    if (order < 3) return;
+    c[3] = psurf__l3_mul(psurf__l3_sub(*b0, *b1), psurf__l_all(18));
+}
+
+/* raw less its part along g, both with derivatives by tau; factor: 1 where that is wanted. */
+static PSURF__INLINE void PSURF__K(turn_away)(const psurf__l3 *g, psurf__lanes factor,
+                                              psurf__lanes least, int order, psurf__l3 raw[3])
+{
+    const psurf__lanes r =
+        psurf__l_div(psurf__l_all(1), psurf__l_max(psurf__l3_dot(g[0], g[0]), least));
+    const psurf__lanes minus = psurf__l_mul(factor, psurf__l_all(-1));
+    psurf__lanes q1, q2, k0, k1, k2;
+    psurf__l3 l1 = raw[0];
+    k0 = psurf__l_mul(psurf__l_mul(psurf__l3_dot(raw[0], g[0]), r), minus);
+    raw[0] = psurf__l3_mad(raw[0], k0, g[0]);
+    if (order < 1) return;
+    q1 = PSURF__K(twice)(psurf__l3_dot(g[0], g[1]));
+    k1 = psurf__l_add(psurf__l3_dot(raw[1], g[0]), psurf__l3_dot(l1, g[1]));
+    k1 = psurf__l_mul(psurf__l_sub(psurf__l_mul(k1, minus), psurf__l_mul(k0, q1)), r);
+    if (order >= 2) {
+        q2 = PSURF__K(twice)(psurf__l_add(psurf__l3_dot(g[1], g[1]), psurf__l3_dot(g[0], g[2])));
+        k2 = psurf__l_add(PSURF__K(twice)(psurf__l3_dot(raw[1], g[1])), psurf__l3_dot(l1, g[2]));
+        k2 = psurf__l_sub(psurf__l_mul(k2, minus), PSURF__K(twice)(psurf__l_mul(k1, q1)));
+        k2 = psurf__l_mul(psurf__l_sub(k2, psurf__l_mul(k0, q2)), r);
+        raw[2] = psurf__l3_mad(psurf__l3_mul(g[0], k2), PSURF__K(twice)(k1), g[1]);
+        raw[2] = psurf__l3_mad(raw[2], k0, g[2]);
+    }
+    raw[1] = psurf__l3_mad(psurf__l3_mad(raw[1], k1, g[0]), k0, g[1]);
+}
+
+/* raw at unit length with its derivatives, in place; where nothing is left of it, instead. */
+static PSURF__INLINE void PSURF__K(make_unit)(psurf__l3 instead, int order, psurf__l3 raw[3])
+{
+    const psurf__lanes q = psurf__l3_dot(raw[0], raw[0]), least = psurf__l_all(PSURF__R(1e-12));
+    const psurf__lanes r = psurf__l_select(
+        q, least, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)), psurf__l_all(0));
+    const psurf__l3 m = psurf__l3_select(q, least, psurf__l3_mul(raw[0], r), instead);
+    psurf__lanes grows, bends;
+    psurf__l3 m1;
+    raw[0] = m;
+    if (order < 1) return;
+    grows = psurf__l3_dot(m, raw[1]);                   /* of the length of raw */
+    m1 = psurf__l3_mul(psurf__l3_sub(raw[1], psurf__l3_mul(m, grows)), r);
+    if (order >= 2) {
+        bends = psurf__l_add(psurf__l3_dot(m, raw[2]), psurf__l3_dot(m1, raw[1]));
+        raw[2] = psurf__l3_sub(raw[2], psurf__l3_mix(PSURF__K(twice)(grows), m1, bends, m));
+        raw[2] = psurf__l3_mul(raw[2], r);
+    }
+    raw[1] = m1;
+}
+
+/* The part of d along the unit normal m, with derivatives by tau; those of d are -g. */
+static PSURF__INLINE void PSURF__K(part_along)(psurf__l3 d, const psurf__l3 *g, const psurf__l3 *m,
+                                               int order, psurf__l3 out[3])
+{
+    const psurf__lanes f0 = psurf__l3_dot(d, m[0]);
+    psurf__lanes f1, f2;
+    out[0] = psurf__l3_mul(m[0], f0);
+    if (order < 1) return;
+    f1 = psurf__l_sub(psurf__l3_dot(d, m[1]), psurf__l3_dot(g[0], m[0]));
+    out[1] = psurf__l3_mix(f1, m[0], f0, m[1]);
+    if (order < 2) return;
+    f2 = psurf__l_sub(psurf__l3_dot(d, m[2]), PSURF__K(twice)(psurf__l3_dot(g[0], m[1])));
+    f2 = psurf__l_sub(f2, psurf__l3_dot(g[1], m[0]));
+    out[2] = psurf__l3_mad(psurf__l3_mix(f2, m[0], f0, m[2]), PSURF__K(twice)(f1), m[1]);
+}
+
+/* What is swept along an edge, by tau: the curve C above its chord; and with d, the way from the
+   curve to the opposite corner, (d.m) m of the normal m along the edge and (d.n) n of that at the
+   corner. turn: in some lanes m is turned to be orthogonal to the curve. */
+typedef struct PSURF__K(swept) { psurf__l3 c[4], m[3], n[3]; } PSURF__K(swept);
+
+static PSURF__INLINE void PSURF__K(sweep)(const PSURF__K(smoothed) *p, uint32_t e,
+                                          psurf__lanes rest, psurf__lanes tau, int turn, int order,
+                                          PSURF__K(swept) *out)
+{
+    const unsigned char *places = psurf__kinds[PSURF_NPATCH].edge[e];
+    const uint32_t b = psurf__following(e, 3), o = psurf__preceding(e, 3);
+    const psurf__l3 n = p->normal[o];
+    psurf__l3 g[3], m[3], d;
+    PSURF__K(curve)(&p->bend[places[1]], &p->bend[places[2]], rest, tau, order + turn, out->c);
+    d = psurf__l3_mix(rest, p->corner[e], tau, p->corner[b]);
+    d = psurf__l3_sub(p->corner[o], psurf__l3_add(d, out->c[0]));
+    g[0] = g[1] = g[2] = m[2] = psurf__l3_zero();
+    if (order + turn >= 1)
+        g[0] = psurf__l3_add(psurf__l3_sub(p->corner[b], p->corner[e]), out->c[1]);
+    if (order + turn >= 2) g[1] = out->c[2];
+    if (order + turn >= 3) g[2] = out->c[3];
+    m[0] = psurf__l3_mix(rest, p->normal[e], tau, p->normal[b]);
+    m[1] = psurf__l3_sub(p->normal[b], p->normal[e]);
+    if (turn) PSURF__K(turn_away)(g, p->turned[e], p->least[e], order, m);
+    PSURF__K(make_unit)(p->normal[e], order, m);
+    PSURF__K(part_along)(d, g, m, order, out->m);
+    out->n[0] = psurf__l3_mul(n, psurf__l3_dot(d, n));
+    if (order >= 1)
+        out->n[1] = psurf__l3_sub(psurf__l3_zero(), psurf__l3_mul(n, psurf__l3_dot(g[0], n)));
+    if (order >= 2)
+        out->n[2] = psurf__l3_sub(psurf__l3_zero(), psurf__l3_mul(n, psurf__l3_dot(g[1], n)));
+}
+
+/* P_e above the flat triangle, [N] 1.1.7 and 1.1.5: s C - s^2 t (d.m) m + s t^2 (d.n) n, where
+   s = t_a + t_b and t = t_c. With tau_x = 1/s and tau_y = tau/s most divisions by s cancel. */
+static PSURF__INLINE void PSURF__K(edge_patch)(const PSURF__K(smoothed) *p, uint32_t e,
+                                               const psurf__lanes w[3], int turn, int order,
+                                               PSURF__K(edge_lift) *out)
+{
+    const psurf__lanes a = w[e], b = w[psurf__following(e, 3)], t = w[psurf__preceding(e, 3)];
+    const psurf__lanes s = psurf__l_add(a, b), r = PSURF__K(inverse)(s);
+    const psurf__lanes tau = psurf__l_mul(b, r), st = psurf__l_mul(s, t);
+    const psurf__lanes s2 = PSURF__K(twice)(s), t2 = PSURF__K(twice)(t);
+    const psurf__lanes tt = psurf__l_mul(t, t), st2 = PSURF__K(twice)(st);
+    PSURF__K(swept) f;
+    psurf__l3 cross;
+    PSURF__K(sweep)(p, e, psurf__l_mul(a, r), tau, turn, order, &f);
+    out->v = psurf__l3_mix(s, f.c[0], psurf__l_mul(st, t), f.n[0]);
+    out->v = psurf__l3_sub(out->v, psurf__l3_mul(f.m[0], psurf__l_mul(st, s)));
+    if (order < 1) return;
+    out->d[0] = psurf__l3_mad(psurf__l3_sub(f.c[1], psurf__l3_mul(f.m[1], st)), tt, f.n[1]);
+    out->d[1] = psurf__l3_mix(psurf__l_sub(st2, psurf__l_mul(s, s)), f.m[0],
+                              psurf__l_sub(st2, tt), f.n[0]);
+    out->d[1] = psurf__l3_add(psurf__l3_sub(out->d[1], f.c[0]), psurf__l3_mul(out->d[0], tau));
+    if (order < 2) return;
+    out->dd[0] = psurf__l3_mad(psurf__l3_sub(f.c[2], psurf__l3_mul(f.m[2], st)), tt, f.n[2]);
+    out->dd[0] = psurf__l3_mul(out->dd[0], r);
+    cross = psurf__l3_mix(psurf__l_sub(t, s), f.m[1], t2, f.n[1]);
+    out->dd[1] = psurf__l3_mad(cross, tau, out->dd[0]);
+    out->dd[2] = psurf__l3_mix(psurf__l_sub(s2, t), f.m[0], psurf__l_sub(s, t2), f.n[0]);
+    cross = psurf__l3_add(psurf__l3_mul(cross, tau), out->dd[2]);
+    out->dd[2] = psurf__l3_mad(psurf__l3_mul(cross, psurf__l_all(2)), psurf__l_mul(tau, tau),
+                               out->dd[0]);
+}
+
+/* [N] 1.1.6: g = t_a t_b/(t0 t1 + t1 t2 + t2 t0), r = 1 over that sum. */
+static PSURF__INLINE void PSURF__K(edge_share)(psurf__lanes a, psurf__lanes b, psurf__lanes c,
+                                               psurf__lanes r, int order, PSURF__K(form) *g)
+{
+    const psurf__lanes ar = psurf__l_mul(a, r), br = psurf__l_mul(b, r), cr = psurf__l_mul(c, r);
+    const psurf__lanes s = psurf__l_add(a, b), sr = psurf__l_add(ar, br), ab = psurf__l_mul(ar, br);
+    const psurf__lanes aa = psurf__l_mul(ar, ar), bb = psurf__l_mul(br, br);
+    psurf__lanes by_aa, by_ab, by_ac, by_bc, by_cc;
+    g->v = psurf__l_mul(a, br);
+    if (order < 1) return;
+    g->d[0] = psurf__l_mul(c, psurf__l_mul(psurf__l_sub(ar, br), sr));
+    g->d[1] = psurf__l_mul(psurf__l_add(psurf__l_mul(ab, s), psurf__l_mul(c, bb)),
+                           psurf__l_all(-1));
+    if (order < 2) return;
+    by_aa = psurf__l_mul(psurf__l_mul(psurf__l_mul(bb, psurf__l_add(b, c)), cr), psurf__l_all(-2));
+    by_ab = psurf__l_mul(PSURF__K(twice)(psurf__l_mul(ab, c)), cr);
+    by_ac = psurf__l_mul(bb, psurf__l_sub(psurf__l_mul(ar, b), psurf__l_mul(cr, s)));
+    by_bc = psurf__l_mul(aa, psurf__l_sub(psurf__l_mul(br, a), psurf__l_mul(cr, s)));
+    by_cc = psurf__l_mul(PSURF__K(twice)(psurf__l_mul(ab, sr)), s);
+    g->dd[0] = psurf__l_add(psurf__l_mul(aa, a), psurf__l_mul(bb, b));
+    g->dd[0] = psurf__l_add(g->dd[0], psurf__l_mul(c, psurf__l_mul(sr, sr)));
+    g->dd[0] = psurf__l_mul(psurf__l_mul(g->dd[0], cr), psurf__l_all(-2));
+    g->dd[1] = psurf__l_add(psurf__l_sub(by_bc, by_ab), psurf__l_sub(by_aa, by_ac));
+    g->dd[2] = psurf__l_add(psurf__l_sub(by_cc, by_ac), psurf__l_sub(by_aa, by_ac));
+}
+
+/* How far an edge is from being flat: 1 - bf, [N] 1.1.10; bl: how far inside. */
+static PSURF__INLINE psurf__lanes PSURF__K(openness)(const PSURF__K(smoothed) *p, uint32_t e,
+                                                     psurf__lanes bl)
+{
+    const psurf__lanes one = psurf__l_all(1), full = psurf__l_add(p->flat[e], bl);
+    return PSURF__K(rest)(psurf__l_mul(p->counts, psurf__l_select(one, full, full, one)));
+}
+
+/* The weight of P_e: g (1 - bf) (1 - drawn bl), bl = 27 t0 t1 t2. r as edge_share has it. */
+static PSURF__INLINE void PSURF__K(edge_form)(const PSURF__K(smoothed) *p, uint32_t e,
+                                              const psurf__lanes t[3], psurf__lanes r,
+                                              psurf__lanes bl, psurf__lanes open, int order,
+                                              PSURF__K(form) *w)
+{
+    const psurf__lanes a = t[e], b = t[psurf__following(e, 3)], c = t[psurf__preceding(e, 3)];
+    const psurf__lanes left = PSURF__K(rest)(psurf__l_mul(p->drawn, bl)), zero = psurf__l_all(0);
+    const psurf__lanes k = psurf__l_mul(open, left), full = psurf__l_all(27);
+    psurf__lanes slope, k1, k2, x, y, gk1, gk2, xx, yy;
+    PSURF__K(form) g;
+    PSURF__K(edge_share)(a, b, c, r, order, &g);
+    w->v = psurf__l_mul(g.v, k);
+    if (order < 1) return;
+    slope = psurf__l_select(open, zero, p->counts, zero);
+    k1 = psurf__l_add(psurf__l_mul(slope, left), psurf__l_mul(p->drawn, open));
+    k1 = psurf__l_mul(k1, psurf__l_all(-1));            /* k by bl */
+    x = psurf__l_mul(psurf__l_mul(full, c), psurf__l_sub(a, b));        /* bl by x and y */
+    y = psurf__l_mul(psurf__l_mul(full, b), psurf__l_sub(a, c));
+    gk1 = psurf__l_mul(g.v, k1);
+    w->d[0] = psurf__l_add(psurf__l_mul(g.d[0], k), psurf__l_mul(gk1, x));
+    w->d[1] = psurf__l_add(psurf__l_mul(g.d[1], k), psurf__l_mul(gk1, y));
+    if (order < 2) return;
+    k2 = psurf__l_mul(PSURF__K(twice)(slope), p->drawn);
+    gk2 = psurf__l_mul(g.v, k2);
+    xx = psurf__l_sub(psurf__l_mul(gk2, psurf__l_mul(x, x)),
+                      psurf__l_mul(psurf__l_mul(gk1, psurf__l_all(54)), c));
+    yy = psurf__l_sub(psurf__l_mul(gk2, psurf__l_mul(y, y)),
+                      psurf__l_mul(psurf__l_mul(gk1, psurf__l_all(54)), b));
+    w->dd[0] = psurf__l_add(xx, psurf__l_mul(PSURF__K(twice)(k1), psurf__l_mul(g.d[0], x)));
+    w->dd[2] = psurf__l_add(yy, psurf__l_mul(PSURF__K(twice)(k1), psurf__l_mul(g.d[1], y)));
+    w->dd[1] = psurf__l_mul(gk1, psurf__l_mul(full, psurf__l_sub(psurf__l_sub(a, b), c)));
+    w->dd[1] = psurf__l_add(w->dd[1], psurf__l_mul(gk2, psurf__l_mul(x, y)));
+    w->dd[1] = psurf__l_add(w->dd[1], psurf__l_mul(k1, psurf__l_add(psurf__l_mul(g.d[0], y),
+                                                                    psurf__l_mul(g.d[1], x))));
+    w->dd[0] = psurf__l_add(w->dd[0], psurf__l_mul(g.dd[0], k));
+    w->dd[1] = psurf__l_add(w->dd[1], psurf__l_mul(g.dd[1], k));
+    w->dd[2] = psurf__l_add(w->dd[2], psurf__l_mul(g.dd[2], k));
+}
+
+/* Adds w and w times x. Derivatives along an edge's x and y are as if those by t_a were 0: only
+   their differences count. */
+static PSURF__INLINE void PSURF__K(add_lift)(const PSURF__K(form) *w, const PSURF__K(edge_lift) *x,
+                                             uint32_t e, int order, PSURF__K(lift) *sum)
+{
+    const uint32_t at[2] = {psurf__following(e, 3), psurf__preceding(e, 3)};
+    uint32_t i, j, k;
+    sum->w.v = psurf__l_add(sum->w.v, w->v);
+    sum->v = psurf__l3_mad(sum->v, w->v, x->v);
+    for (i = 0; i < 2 && order >= 1; i++) {
+        const psurf__l3 d = psurf__l3_mix(w->d[i], x->v, w->v, x->d[i]);
+        sum->w.d[at[i]] = psurf__l_add(sum->w.d[at[i]], w->d[i]);
+        sum->d[at[i]] = psurf__l3_add(sum->d[at[i]], d);
+    }
+    for (k = 0; k < 3 && order >= 2; k++) {
+        i = k == 2, j = k > 0;                          /* xx, xy, yy */
+        {
+            const uint32_t to = psurf__second[at[i]][at[j]];
+            const psurf__l3 ends = psurf__l3_mix(w->dd[k], x->v, w->v, x->dd[k]);
+            const psurf__l3 mixed = psurf__l3_mix(w->d[i], x->d[j], w->d[j], x->d[i]);
+            sum->w.dd[to] = psurf__l_add(sum->w.dd[to], w->dd[k]);
+            sum->dd[to] = psurf__l3_add(sum->dd[to], psurf__l3_add(ends, mixed));
+        }
+    }
+}
+
+static PSURF__INLINE void PSURF__K(clear_lift)(int order, PSURF__K(lift) *sum)
+{
+    uint32_t i;
+    sum->w.v = psurf__l_all(0);
+    sum->v = psurf__l3_zero();
+    for (i = 0; i < 3 && order >= 1; i++) {
+        sum->w.d[i] = psurf__l_all(0);
+        sum->d[i] = psurf__l3_zero();
+    }
+    for (i = 0; i < 6 && order >= 2; i++) {
+        sum->w.dd[i] = psurf__l_all(0);
+        sum->dd[i] = psurf__l3_zero();
+    }
+}
+
+/* Lanes whose edge is flat here get nothing, whatever it would be: so an edge that is flat in all
+   of them can be passed over, and no lane shows what the others are. */
+static PSURF__INLINE void PSURF__K(keep_open)(psurf__lanes open, int order,
+                                              PSURF__K(edge_lift) *x)
+{
+    const psurf__lanes none = psurf__l_all(0);
+    const psurf__l3 zero = psurf__l3_zero();
+    uint32_t i;
+    x->v = psurf__l3_select(open, none, x->v, zero);
+    for (i = 0; i < 2 && order >= 1; i++) x->d[i] = psurf__l3_select(open, none, x->d[i], zero);
+    for (i = 0; i < 3 && order >= 2; i++) x->dd[i] = psurf__l3_select(open, none, x->dd[i], zero);
+}
+
+/* Sum of the weights w_e, and of w_e times what P_e is above the flat triangle. */
+static PSURF__INLINE void PSURF__K(sum_edges)(const PSURF__K(smoothed) *p, const psurf__lanes t[3],
+                                              int order, PSURF__K(lift) *sum)
+{
+    const psurf__lanes t01 = psurf__l_mul(t[0], t[1]), zero = psurf__l_all(0);
+    const psurf__lanes t12 = psurf__l_mul(t[1], t[2]), t20 = psurf__l_mul(t[2], t[0]);
+    const psurf__lanes r = PSURF__K(inverse)(psurf__l_add(psurf__l_add(t01, t12), t20));
+    const psurf__lanes bl = psurf__l_mul(psurf__l_all(27), psurf__l_mul(t01, t[2]));
+    uint32_t e;
+    PSURF__K(clear_lift)(order, sum);
+    for (e = 0; e < 3; e++) {
+        const psurf__lanes open = PSURF__K(openness)(p, e, bl);
+        PSURF__K(edge_lift) x;
+        PSURF__K(form) w;
+        if (!psurf__l_greater(open, zero)) continue;
+        if (psurf__l_greater(p->turned[e], zero)) PSURF__K(edge_patch)(p, e, t, 1, order, &x);
+        else PSURF__K(edge_patch)(p, e, t, 0, order, &x);
+        PSURF__K(keep_open)(open, order, &x);
+        PSURF__K(edge_form)(p, e, t, r, bl, open, order, &w);
+        PSURF__K(add_lift)(&w, &x, e, order, sum);
+    }
+}
+
+/* f (1 - w) + sum, where f is the cubic above the flat triangle, which is added: in place. */
+static PSURF__INLINE void PSURF__K(finish_lift)(const PSURF__K(smoothed) *p,
+                                                const psurf__lanes t[3], int order,
+                                                const PSURF__K(lift) *sum, PSURF__K(jet) *f)
+{
+    const PSURF__K(weight) *w = &sum->w;
+    const psurf__l3 *dd = sum->dd, v = f->p;
+    const psurf__lanes rest = PSURF__K(rest)(w->v), two = psurf__l_all(2);
+    psurf__l3 change[3];
+    psurf__lanes u1, v1;
+    f->p = psurf__l3_add(psurf__l3_mul(v, rest), sum->v);
+    f->p = psurf__l3_add(psurf__l3_mix(t[1], p->corner[1], t[2], p->corner[2]), f->p);
+    if (order < 1) return;
+    u1 = psurf__l_sub(w->d[0], w->d[1]);                /* of 1 - w */
+    v1 = psurf__l_sub(w->d[0], w->d[2]);
+    if (order >= 2) {
+        change[0] = psurf__l3_mul(psurf__l3_mul(f->du, u1), two);
+        change[1] = psurf__l3_mix(u1, f->dv, v1, f->du);
+        change[2] = psurf__l3_mul(psurf__l3_mul(f->dv, v1), two);
+        f->duu = psurf__l3_add(psurf__l3_mul(f->duu, rest), change[0]);
+        f->duv = psurf__l3_add(psurf__l3_mul(f->duv, rest), change[1]);
+        f->dvv = psurf__l3_add(psurf__l3_mul(f->dvv, rest), change[2]);
+        change[0] = psurf__l3_add(psurf__l3_sub(dd[0], dd[1]), psurf__l3_sub(dd[3], dd[1]));
+        change[1] = psurf__l3_add(psurf__l3_sub(dd[0], dd[1]), psurf__l3_sub(dd[4], dd[2]));
+        change[2] = psurf__l3_add(psurf__l3_sub(dd[0], dd[2]), psurf__l3_sub(dd[5], dd[2]));
+        change[0] = psurf__l3_sub(change[0], psurf__l3_mul(v, PSURF__K(along_uu)(w->dd)));
+        change[1] = psurf__l3_sub(change[1], psurf__l3_mul(v, PSURF__K(along_uv)(w->dd)));
+        change[2] = psurf__l3_sub(change[2], psurf__l3_mul(v, PSURF__K(along_vv)(w->dd)));
+        f->duu = psurf__l3_add(f->duu, change[0]);
+        f->duv = psurf__l3_add(f->duv, change[1]);
+        f->dvv = psurf__l3_add(f->dvv, change[2]);
+    }
+    f->du = psurf__l3_add(psurf__l3_mix(rest, f->du, u1, v), psurf__l3_sub(sum->d[1], sum->d[0]));
+    f->dv = psurf__l3_add(psurf__l3_mix(rest, f->dv, v1, v), psurf__l3_sub(sum->d[2], sum->d[0]));
+    f->du = psurf__l3_add(f->du, p->corner[1]);
+    f->dv = psurf__l3_add(f->dv, p->corner[2]);
+}
+
+/* An N-patch with derivatives up to an order that is known when this is compiled; p is relative to
+   corner 0. Where all edges count as flat it is the cubic N, to the bit. */
+static PSURF__INLINE void PSURF__K(npatch)(const PSURF__K(smoothed) *p, const psurf__lanes t[3],
+                                           int order, PSURF__K(jet) *jet)
+{
+    PSURF__K(lift) sum;
+    PSURF__K(sum_edges)(p, t, order, &sum);
+    PSURF__K(net_jet)(p->bend, t, order, jet);
+    PSURF__K(finish_lift)(p, t, order, &sum, jet);
+}
+
+static void PSURF__K(npatch_jet)(const psurf__l3 *stored, const psurf__lanes t[3], int second,
+                                 PSURF__K(jet) *jet)
+{
+    PSURF__K(smoothed) open;
+    PSURF__K(open_smoothed)(stored, &open);
+    if (second) PSURF__K(npatch)(&open, t, 2, jet);
+    else PSURF__K(npatch)(&open, t, 1, jet);
+}
+
 static void PSURF__K(point_normal_jet)(const psurf__batch *b, const psurf__lanes *t, int second,
                                        PSURF__K(jet) *jet)
 {
     psurf__l3 points[PSURF__MAX_POINTS], origin;
     PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, points);
     psurf__l3_put(&origin, points[0]);
-    PSURF__K(localise)(b->kind, points, points);
-    PSURF__K(triangle_jet)(b->kind, points, t, second, jet);
+    if (b->kind == PSURF_NPATCH) {
+        PSURF__K(npatch_jet)(points, t, second, jet);
+    } else {
+        PSURF__K(localise)(b->kind, points, points);
+        PSURF__K(triangle_jet)(b->kind, points, t, second, jet);
+    }
     jet->p = psurf__l3_add(jet->p, origin);
 }
 
@@ -6376,14 +6830,41 @@ static unsigned PSURF__K(jets)(const psurf__batch *b, int second, psurf__jet jet
     return unsure;
 }
 
+/* How far an N-patch leaves the hull of its ten points. It is a mean of N, which does not, and of
+   the P_e, with weights up to g_e (1 - bf). A P_e lies on a PN curve from a point of its edge to the
+   opposite corner: on the line between the two, which does not, and away from it by s^2 t (d.m) m
+   and s t^2 (d.n) n, together at most s t |d|, a quarter of the way. */
+static psurf__lanes PSURF__K(npatch_reach)(const psurf__l3 *stored)
+{
+    const psurf__kind_row *row = &psurf__kinds[PSURF_NPATCH];
+    psurf__lanes reach = psurf__l_all(0), far_off, open;
+    PSURF__K(smoothed) p;
+    uint32_t e, k;
+    PSURF__K(open_smoothed)(stored, &p);
+    for (e = 0; e < 3; e++) {
+        const unsigned char *places = row->edge[e];
+        const uint32_t opposite = row->edge[psurf__preceding(e, 3)][0];
+        far_off = psurf__l_all(0);
+        for (k = 0; k < 4; k++) {
+            const psurf__l3 d = psurf__l3_sub(stored[places[k]], stored[opposite]);
+            far_off = psurf__l_max(far_off, psurf__l3_dot(d, d));
+        }
+        open = PSURF__K(openness)(&p, e, psurf__l_all(0));
+        far_off = psurf__l_mul(psurf__l_sqrt(far_off), psurf__l_all(PSURF__R(0.25)));
+        reach = psurf__l_max(reach, psurf__l_mul(far_off, open));
+    }
+    return reach;
+}
+
 /* The box of the points round each lane's spot: of all but normals and the like, or of a sector's
    net. It holds the patch, as every point of it is a sum of them with weights that are not negative
    and sum to 1: Bernstein polynomials; B1 and B2, which share the weight of b111 between the inner
-   points, [GB] (10) and (1); and the weights of two points at a time that a key is mixed of. */
+   points, [GB] (10) and (1); and the weights of two points at a time that a key is mixed of.
+   N-patches reach beyond it. */
 static void PSURF__K(hull)(const psurf__batch *b, psurf_real low[3][8], psurf_real high[3][8])
 {
     const uint32_t control = psurf__kinds[b->kind].control, count = control ? control : 15;
-    psurf_real p[3][8];
+    psurf_real p[3][8], reach[8];
     psurf__l3 net[PSURF__MAX_POINTS], origin = psurf__l3_zero();
     uint32_t i, j, k;
     if (control) PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, net);
@@ -6396,6 +6877,13 @@ static void PSURF__K(hull)(const psurf__batch *b, psurf_real low[3][8], psurf_re
                 if (j == 0 || p[k][i] > high[k][i]) high[k][i] = p[k][i];
             }
     }
+    if (b->kind != PSURF_NPATCH) return;
+    psurf__l_store(reach, PSURF__K(npatch_reach)(net));
+    for (k = 0; k < 3; k++)
+        for (i = 0; i < 8; i++) {
+            low[k][i] -= reach[i];
+            high[k][i] += reach[i];
+        }
 }
 
 /* ---- lattices: eight patches of one kind, the same samples of each ----
@@ -6417,6 +6905,7 @@ typedef struct PSURF__K(facets) {
     psurf__l3 inner[PSURF__MAX_SECTORS][3];     /* lines from the corners to the centre */
     psurf__l3 rows[5][4], steps[4][4];          /* by power along a line, then across: see below */
     psurf__l3 blends[PSURF__MAX_BLENDS];        /* points that rational weights go with */
+    PSURF__K(smoothed) smoothed;                /* of N-patches */
     uint32_t corners[4];                        /* places of the corners' normals; 0: none */
 } PSURF__K(facets);
 
@@ -6634,6 +7123,7 @@ static void PSURF__K(open_triangle)(PSURF__K(facets) *f, const psurf__group *g)
     PSURF__K(edge)(a + e[1][0], a + e[1][1], a + e[1][2], a + e[1][3], f->sides[1]);
     PSURF__K(base_net)(g->kind, f->local, net);
     PSURF__K(blend_points)(g->kind, f->local, f->blends);
+    if (g->kind == PSURF_NPATCH) PSURF__K(open_smoothed)(f->points, &f->smoothed);
     PSURF__K(cubic_row)(net, 0, f->rows);
     PSURF__K(quadratic_row)(net + 4, 1, f->rows);
     PSURF__K(linear_row)(net + 7, 2, f->rows);
@@ -6950,12 +7440,14 @@ typedef struct PSURF__K(blended) {
     psurf_real p[PSURF__MAX_BLENDS][8], u[PSURF__MAX_BLENDS][8], w[PSURF__MAX_BLENDS][8];
 } PSURF__K(blended);
 
-/* Of samples k, k + step, k + 2 step ... as far as the line goes. */
-static void PSURF__K(weigh)(const psurf__run *r, uint32_t k, int step, PSURF__K(blended) *out)
+/* Of samples k .. k+7, as far as the line goes, and of those as far from its end. At the other end
+   of a line corners 0 and 1, and what goes with them, change places. */
+static void PSURF__K(weigh)(const psurf__run *r, uint32_t k, PSURF__K(blended) *forth,
+                            PSURF__K(blended) *back)
 {
     const psurf_real rate = PSURF__R(r->group->rate);
-    const uint32_t blends = psurf__blend_count(r->group->kind);
-    const psurf__lanes half = psurf__l_all(PSURF__R(0.5));
+    const psurf__net_row *net = psurf__kinds[r->group->kind].net;
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), zero = psurf__l_all(0);
     PSURF__K(weight) weight[PSURF__MAX_BLENDS];
     psurf_real at[2][8];
     psurf__lanes t[3];
@@ -6963,28 +7455,45 @@ static void PSURF__K(weigh)(const psurf__run *r, uint32_t k, int step, PSURF__K(
     for (i = 0; i < 8; i++) {
         at[0][i] = PSURF__R(r->n - k) / rate;
         at[1][i] = PSURF__R(k) / rate;
-        if (step > 0 ? k < r->n : k > 0) k = step > 0 ? k + 1 : k - 1;
+        k += k < r->n;
     }
     t[0] = psurf__l_load(at[0]);
     t[1] = psurf__l_load(at[1]);
     t[2] = psurf__l_all(PSURF__R(r->d) / rate);
     PSURF__K(blend_weights)(r->group->kind, t, 0, weight);
-    for (i = 0; i < blends; i++) {
-        const psurf__lanes *d = weight[i].d, sum = psurf__l_add(d[0], d[1]);
-        psurf__l_store(out->p[i], weight[i].v);
-        psurf__l_store(out->u[i], psurf__l_sub(d[1], d[0]));
-        psurf__l_store(out->w[i], psurf__l_sub(d[2], psurf__l_mul(half, sum)));
+    for (i = 0; i < net->blends; i++) {
+        const psurf__lanes *d = weight[i].d, u = psurf__l_sub(d[1], d[0]);
+        const psurf__lanes w = psurf__l_sub(d[2], psurf__l_mul(half, psurf__l_add(d[0], d[1])));
+        const uint32_t m = net->mirror[i];
+        psurf__l_store(forth->p[i], weight[i].v);
+        psurf__l_store(forth->u[i], u);
+        psurf__l_store(forth->w[i], w);
+        psurf__l_store(back->p[m], weight[i].v);
+        psurf__l_store(back->u[m], psurf__l_sub(zero, u));
+        psurf__l_store(back->w[m], w);
     }
 }
 
-/* What the blends add to sample i of those eight. */
-static PSURF__INLINE psurf__l3 PSURF__K(blend)(psurf__l3 sum, psurf_real (*weights)[8], uint32_t i,
-                                               const psurf__l3 *points, uint32_t blends)
+/* A sample in work: point, and derivatives along and across. */
+typedef struct PSURF__K(sample) { psurf__l3 p, u, w; } PSURF__K(sample);
+
+/* What the blends add to sample i of those eight, each point read once. */
+static PSURF__INLINE void PSURF__K(blend)(const PSURF__K(blended) *weights, uint32_t i,
+                                          const psurf__l3 *points, uint32_t blends,
+                                          PSURF__K(sample) *s)
 {
+    psurf__l3 p = s->p, u = s->u, w = s->w;
     uint32_t b;
-    for (b = 0; b < blends; b++)
-        sum = psurf__l3_mad(sum, psurf__l_all(weights[b][i]), points[b]);
-    return sum;
+    PSURF__ROLLED
+    for (b = 0; b < blends; b++) {
+        const psurf__l3 x = points[b];
+        p = psurf__l3_mad(p, psurf__l_all(weights->p[b][i]), x);
+        u = psurf__l3_mad(u, psurf__l_all(weights->u[b][i]), x);
+        w = psurf__l3_mad(w, psurf__l_all(weights->w[b][i]), x);
+    }
+    psurf__l3_put(&s->p, p);
+    psurf__l3_put(&s->u, u);
+    psurf__l3_put(&s->w, w);
 }
 
 /* The same of triangles: a cubic, and what is blended into it. */
@@ -6992,45 +7501,40 @@ static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PS
                                                    uint32_t k0, uint32_t k1, uint32_t blends,
                                                    int normals, psurf__cursor cursors[2])
 {
-    const psurf__l3 *origin = &line->facets->origin, *x = line->facets->blends;
+    const PSURF__K(facets) *f = line->facets;
     PSURF__K(blended) forth, back;
+    PSURF__K(sample) first, last;
     uint32_t k, i = 0;
     for (k = k0; k < k1; k++, i = (i + 1) % 8) {
-        const psurf_real from_middle = PSURF__R(r->n - 2 * k) / r->span;
-        const psurf__lanes h = psurf__l_all(from_middle);
-        const psurf__lanes hh = psurf__l_all(from_middle * from_middle);
-        psurf__l3 first, last, u_first, u_last, w_first, w_last;
-        if (blends && i == 0) {
-            PSURF__K(weigh)(r, k, 1, &forth);
-            PSURF__K(weigh)(r, r->n - k, -1, &back);
+        const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
+        const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
+        if (blends && i == 0) PSURF__K(weigh)(r, k, &forth, &back);
+        PSURF__K(both_sides)(line->p, 3, h, hh, &first.p, &last.p);
+        first.u = last.u = first.w = last.w = first.p;
+        if (normals) PSURF__K(both_sides)(line->w, 2, h, hh, &first.w, &last.w);
+        if (normals == PSURF__SURFACE)
+            PSURF__K(both_sides)(line->u, 2, h, hh, &first.u, &last.u);
+        if (blends) {
+            PSURF__K(blend)(&forth, i, f->blends, blends, &first);
+            PSURF__K(blend)(&back, i, f->blends, blends, &last);
         }
         if (k == 0) {
-            psurf__l3_put(&first, *line->ends[0]);
-            psurf__l3_put(&last, *line->ends[1]);
+            psurf__l3_put(&first.p, *line->ends[0]);
+            psurf__l3_put(&last.p, *line->ends[1]);
+        } else if (r->edge) {                           /* nothing is blended in on an edge */
+            if (blends) PSURF__K(both_sides)(line->p, 3, h, hh, &first.p, &last.p);
         } else {
-            PSURF__K(both_sides)(line->p, 3, h, hh, &first, &last);
-            if (!r->edge) {
-                first = psurf__l3_add(*origin, PSURF__K(blend)(first, forth.p, i, x, blends));
-                last = psurf__l3_add(*origin, PSURF__K(blend)(last, back.p, i, x, blends));
-            }
-        }
-        u_first = u_last = w_first = w_last = first;
-        if (normals) PSURF__K(both_sides)(line->w, 2, h, hh, &w_first, &w_last);
-        if (normals == PSURF__SURFACE) {
-            PSURF__K(both_sides)(line->u, 2, h, hh, &u_first, &u_last);
-            u_first = PSURF__K(blend)(u_first, forth.u, i, x, blends);
-            w_first = PSURF__K(blend)(w_first, forth.w, i, x, blends);
-            u_last = PSURF__K(blend)(u_last, back.u, i, x, blends);
-            w_last = PSURF__K(blend)(w_last, back.w, i, x, blends);
+            first.p = psurf__l3_add(f->origin, first.p);
+            last.p = psurf__l3_add(f->origin, last.p);
         }
         if (normals && k == 0 && line->normals[0]) {
-            PSURF__K(put_corners)(r, line, first, last, cursors);
+            PSURF__K(put_corners)(r, line, first.p, last.p, cursors);
             continue;
         }
-        PSURF__K(write)(r, line, k, first, u_first, w_first, normals, normals == PSURF__SHADING,
+        PSURF__K(write)(r, line, k, first.p, first.u, first.w, normals, normals == PSURF__SHADING,
                         &cursors[0]);
         if (2 * k != r->n)
-            PSURF__K(write)(r, line, r->n - k, last, u_last, w_last, normals,
+            PSURF__K(write)(r, line, r->n - k, last.p, last.u, last.w, normals,
                             normals == PSURF__SHADING, &cursors[1]);
     }
 }
@@ -7038,57 +7542,63 @@ static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PS
 static void PSURF__K(triangle_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
                                        uint32_t k1, psurf__cursor cursors[2])
 {
-    const int normals = (int)r->group->normals;
-    switch (psurf__blend_count(r->group->kind) + (uint32_t)normals) {
+    const uint32_t blends = psurf__blend_count(r->group->kind);
+    switch ((blends ? 3 : 0) + (int)r->group->normals) {
     case 0: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__NO_NORMALS, cursors); return;
     case 1: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SURFACE, cursors); return;
     case 2: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SHADING, cursors); return;
-    case 7: PSURF__K(triangle_pairs)(r, line, k0, k1, 6, PSURF__SURFACE, cursors); return;
-    case 10: PSURF__K(triangle_pairs)(r, line, k0, k1, 9, PSURF__SURFACE, cursors); return;
-    case 13: PSURF__K(triangle_pairs)(r, line, k0, k1, 12, PSURF__SURFACE, cursors); return;
-    default:
-        PSURF__K(triangle_pairs)(r, line, k0, k1, psurf__blend_count(r->group->kind), normals,
-                                 cursors);
+    case 3: PSURF__K(triangle_pairs)(r, line, k0, k1, blends, PSURF__NO_NORMALS, cursors); return;
+    default: PSURF__K(triangle_pairs)(r, line, k0, k1, blends, PSURF__SURFACE, cursors);
     }
 }
 
-/* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample. */
-static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
-                                     uint32_t k1, psurf__cursor cursors[2])
+/* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample.
+   exactly: some lane shades with the normal of its surface. */
+static PSURF__INLINE void PSURF__K(npatch_pairs)(const psurf__run *r, const PSURF__K(line) *line,
+                                                 uint32_t k0, uint32_t k1, int order, int exactly,
+                                                 psurf__cursor cursors[2])
 {
-    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), exact = line->facets->local[18].z;
-    const int exactly = psurf__l_greater(exact, half) != 0;     /* to shade with the surface's */
-    const psurf__normals normals = r->group->normals;
+    const PSURF__K(facets) *f = line->facets;
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5)), exact = f->local[18].z;
     const psurf_real rate = PSURF__R(r->group->rate);
+    const int normals = r->group->normals != PSURF__NO_NORMALS, corners = line->normals[0] != NULL;
+    const int shading = r->group->normals == PSURF__SHADING;
     uint32_t k, side;
     for (k = k0; k < k1; k++) {
         const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
         const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
         psurf__l3 p[2], w[2];
-        PSURF__K(jet) jet;
-        if (k > 0 && r->edge) PSURF__K(both_sides)(line->p, 3, h, hh, &p[0], &p[1]);
-        if (normals == PSURF__SHADING) PSURF__K(both_sides)(line->w, 2, h, hh, &w[0], &w[1]);
+        PSURF__K(both_sides)(line->p, 3, h, hh, &p[0], &p[1]);
+        PSURF__K(both_sides)(line->w, 2, h, hh, &w[0], &w[1]);
         for (side = 0; side < 2; side++) {
             const uint32_t at = side ? r->n - k : k;
+            PSURF__K(jet) jet;
             psurf__lanes t[3];
             if (side && 2 * k == r->n) continue;
             t[0] = psurf__l_all(PSURF__R(r->n - at) / rate);
             t[1] = psurf__l_all(PSURF__R(at) / rate);
             t[2] = psurf__l_all(PSURF__R(r->d) / rate);
-            if (k > 0 || normals == PSURF__SURFACE || exactly)
-                PSURF__K(npatch)(line->facets->local, t, normals == PSURF__SURFACE || exactly,
-                                 &jet);
+            PSURF__K(npatch)(&f->smoothed, t, order, &jet);
             if (k == 0) psurf__l3_put(&p[side], *line->ends[side]);
-            else if (!r->edge) p[side] = psurf__l3_add(line->facets->origin, jet.p);
-            if (normals == PSURF__SHADING && !exactly) jet.dv = w[side];
-            else if (normals == PSURF__SHADING)
+            else if (!r->edge) p[side] = psurf__l3_add(f->origin, jet.p);
+            if (order == 0) jet.du = jet.dv = w[side];
+            else if (shading && exactly)
                 jet.dv = psurf__l3_select(exact, half, psurf__l3_cross(jet.du, jet.dv), w[side]);
-            if (normals && k == 0 && line->normals[0]) jet.dv = *line->normals[side];
-            PSURF__K(write)(r, line, at, p[side], jet.du, jet.dv, normals != PSURF__NO_NORMALS,
-                            normals == PSURF__SHADING || (k == 0 && line->normals[0]),
-                            &cursors[side]);
+            if (k == 0 && corners) jet.dv = *line->normals[side];
+            PSURF__K(write)(r, line, at, p[side], jet.du, jet.dv, normals,
+                            shading || (k == 0 && corners), &cursors[side]);
         }
     }
+}
+
+static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
+                                     uint32_t k1, psurf__cursor cursors[2])
+{
+    const psurf__lanes half = psurf__l_all(PSURF__R(0.5));
+    const int exactly = psurf__l_greater(line->facets->local[18].z, half) != 0;
+    if (r->group->normals == PSURF__SURFACE || (r->group->normals == PSURF__SHADING && exactly))
+        PSURF__K(npatch_pairs)(r, line, k0, k1, 1, exactly, cursors);
+    else PSURF__K(npatch_pairs)(r, line, k0, k1, 0, 0, cursors);
 }
 
 static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
@@ -8771,6 +9281,7 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__SQRT
 #undef PSURF__INLINE
 #undef PSURF__UNROLL
+#undef PSURF__ROLLED
 #undef PSURF__LIKELY
 #undef PSURF__CARVE
 #undef PSURF__CARVE_TABLE
