@@ -1309,6 +1309,11 @@ static psurf_result psurf__allocate(const psurf_allocator *allocator, psurf__blo
    corner stands for the half-edge from its vertex to the next corner's. Everything after this
    chapter trusts the tables. */
 
+/* Boundary curves that schemes have in common: those with equal ones go together on one object. */
+typedef enum psurf__curves {
+    PSURF__NO_CURVES, PSURF__PN_CURVES, PSURF__WM_CURVES, PSURF__HYBRID_CURVES, PSURF__PNG1_CURVES
+} psurf__curves;
+
 typedef struct psurf__start { uint32_t corner, triangles, quads; } psurf__start;
 
 struct psurf_topology {
@@ -1327,7 +1332,7 @@ struct psurf_topology {
     psurf__start *starts;             /* what lies before each face; NULL where all have one size */
     psurf_split split;
     int mixed;                          /* facets are filed under the kinds of their schemes */
-    psurf_scheme mixed_first;           /* which the others of the mix go with */
+    psurf__curves curves;               /* of a mix */
     uint32_t uniform_size;
     uint32_t corner_count, trig_count;
     size_t table_bytes;                 /* from rings to the end of the last table */
@@ -1428,8 +1433,9 @@ static uint32_t psurf__facet_corner(const psurf_topology *t, psurf_kind kind, ui
     return t->kind_first_corner[kind] + (facet - t->kind_first[kind]) * psurf__kind_sides(kind);
 }
 
-/* The kind of patch that triangles of a scheme become: from the table in chapter 5. */
-static psurf_kind psurf__scheme_triangle(psurf_scheme scheme);
+/* From the table of schemes in chapter 5; no curves if scheme is out of range. */
+static psurf__curves psurf__scheme_curves(uint32_t scheme);
+static psurf_kind psurf__scheme_triangle(uint32_t scheme);
 
 /* What a topology is made from. Built in two steps, each with memory of its own: the faces as they
    came in, then the facets that they or their pieces became. */
@@ -1541,25 +1547,13 @@ static psurf_result psurf__check_desc(psurf__builder *b)
     return psurf__count_mesh(b);
 }
 
-/* The boundary curves of a scheme: those that have equal ones go together on one object. */
-static int psurf__curves_of(unsigned scheme)
-{
-    switch ((psurf_scheme)scheme) {
-    case PSURF_PN: case PSURF_SMOOTHED_N: case PSURF_CUBIC_PN_B1: case PSURF_CUBIC_PN_B2: return 1;
-    case PSURF_CUBIC_WM_B1: case PSURF_CUBIC_WM_B2: return 2;
-    case PSURF_HYBRID: return 3;
-    case PSURF_PNG1: return 4;
-    case PSURF_PM: case PSURF_MIXED: case PSURF_SCHEME_COUNT: default: return 0;
-    }
-}
-
 static psurf_result psurf__check_schemes(psurf__builder *b)
 {
     const unsigned char *schemes = b->desc->face_schemes;
     uint32_t f;
     for (f = 0; schemes && f < b->faces; f++)
-        if (!psurf__curves_of(schemes[f]) ||
-            psurf__curves_of(schemes[f]) != psurf__curves_of(schemes[0]))
+        if (psurf__scheme_curves(schemes[f]) == PSURF__NO_CURVES ||
+            psurf__scheme_curves(schemes[f]) != psurf__scheme_curves(schemes[0]))
             return psurf__fail(b, PSURF_BAD_SCHEME, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
     return PSURF_OK;
 }
@@ -2257,7 +2251,7 @@ static void psurf__find_poles(psurf__builder *b)
 static psurf_kind psurf__triangle_kind(const psurf__builder *b, uint32_t face)
 {
     const unsigned char *schemes = b->desc->face_schemes;
-    return schemes ? psurf__scheme_triangle((psurf_scheme)schemes[face]) : PSURF_PN_TRI;
+    return schemes ? psurf__scheme_triangle(schemes[face]) : PSURF_PN_TRI;
 }
 
 /* The kind of a facet of pm, of size corners from first on, and in *pole the corner that is the
@@ -2562,7 +2556,7 @@ static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes,
     t->vertex_rings = b->vertex_rings;
     t->split = b->desc->split;
     t->mixed = b->desc->face_schemes != NULL;
-    if (t->mixed && b->faces) t->mixed_first = (psurf_scheme)b->desc->face_schemes[0];
+    if (t->mixed && b->faces) t->curves = psurf__scheme_curves(b->desc->face_schemes[0]);
 }
 
 /* ---- the steps ---- */
@@ -3622,22 +3616,24 @@ static psurf__curve psurf__make_curve(const psurf__local *l, uint32_t e, uint32_
 {
     const psurf__v3 begin = l->edge[e].begin, end = l->edge[e].end;
     const psurf__v3 back = psurf__sub(l->p[e], l->p[f]);
-    const int smooth = psurf__is_same(l->n[e], begin) && psurf__is_same(l->n[f], end);
+    const int same = psurf__is_same(l->n[e], begin) && psurf__is_same(l->n[f], end);
+    psurf__v3 line[2];
     psurf__curve c;
-    psurf__v3 line;
     c.chord = psurf__sub(l->p[f], l->p[e]);
     c.normal[0] = psurf__common_normal(l->n[e], begin);
     c.normal[1] = psurf__common_normal(l->n[f], end);
     c.hard = 0;
-    if (smooth) {
+    if (!same) {
+        line[0] = psurf__end_line(c.chord, l->n[e], begin, &c.hard);
+        line[1] = psurf__end_line(back, l->n[f], end, &c.hard);
+    }
+    if (!c.hard) {
         c.handle[0] = psurf__smooth_handle(rule, c.chord, c.normal[0], c.normal[1]);
         c.handle[1] = psurf__smooth_handle(rule, back, c.normal[1], c.normal[0]);
         return c;
     }
-    line = psurf__end_line(c.chord, l->n[e], begin, &c.hard);
-    c.handle[0] = psurf__line_handle(rule, c.chord, line);
-    line = psurf__end_line(back, l->n[f], end, &c.hard);
-    c.handle[1] = psurf__line_handle(rule, back, line);
+    c.handle[0] = psurf__line_handle(rule, c.chord, line[0]);
+    c.handle[1] = psurf__line_handle(rule, back, line[1]);
     return c;
 }
 
@@ -4254,6 +4250,7 @@ typedef struct psurf__scheme_row {
     const char *name;
     psurf_split split;
     psurf_kind triangle;                /* of facets that the topology files as PSURF_PN_TRI */
+    psurf__curves curves;
     void (*facets)(const psurf_patches *, const psurf__control *, psurf_kind, uint32_t first,
                    uint32_t end, psurf_real *out);
     psurf__local_rule *rule, *quad;     /* what psurf__local_facets asks */
@@ -4261,26 +4258,33 @@ typedef struct psurf__scheme_row {
 } psurf__scheme_row;
 
 static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
-    {"pm", PSURF_SPLIT_PM, PSURF_PN_TRI, psurf__pm_facets, NULL, NULL, 0},
-    {"pn", PSURF_SPLIT_PN, PSURF_PN_TRI, psurf__local_facets, psurf__pn_triangle, psurf__pn_quad,
-     0},
-    {"smoothed_n", PSURF_SPLIT_TRIANGLES, PSURF_NPATCH, psurf__local_facets, psurf__smoothed_n,
-     NULL, 1},
-    {"hybrid", PSURF_SPLIT_TRIANGLES, PSURF_HYBRID_TRI, psurf__local_facets, psurf__hybrid, NULL,
-     1},
-    {"png1", PSURF_SPLIT_TRIANGLES, PSURF_PNG1_TRI, psurf__local_facets, psurf__png1, NULL, 1},
-    {"cubic_wm_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_wm,
-     NULL, 0},
-    {"cubic_pn_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_pn,
-     NULL, 0},
-    {"cubic_wm_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_wm,
-     NULL, 0},
-    {"cubic_pn_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_pn,
-     NULL, 0},
-    {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, psurf__local_facets, NULL, NULL, 0}
+    {"pm", PSURF_SPLIT_PM, PSURF_PN_TRI, PSURF__NO_CURVES, psurf__pm_facets, NULL, NULL, 0},
+    {"pn", PSURF_SPLIT_PN, PSURF_PN_TRI, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__pn_triangle, psurf__pn_quad, 0},
+    {"smoothed_n", PSURF_SPLIT_TRIANGLES, PSURF_NPATCH, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__smoothed_n, NULL, 1},
+    {"hybrid", PSURF_SPLIT_TRIANGLES, PSURF_HYBRID_TRI, PSURF__HYBRID_CURVES, psurf__local_facets,
+     psurf__hybrid, NULL, 1},
+    {"png1", PSURF_SPLIT_TRIANGLES, PSURF_PNG1_TRI, PSURF__PNG1_CURVES, psurf__local_facets,
+     psurf__png1, NULL, 1},
+    {"cubic_wm_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, PSURF__WM_CURVES, psurf__local_facets,
+     psurf__cubic_wm, NULL, 0},
+    {"cubic_pn_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__cubic_pn, NULL, 0},
+    {"cubic_wm_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, PSURF__WM_CURVES, psurf__local_facets,
+     psurf__cubic_wm, NULL, 0},
+    {"cubic_pn_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__cubic_pn, NULL, 0},
+    {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, PSURF__NO_CURVES, psurf__local_facets, NULL,
+     NULL, 0}
 };
 
-static psurf_kind psurf__scheme_triangle(psurf_scheme scheme)
+static psurf__curves psurf__scheme_curves(uint32_t scheme)
+{
+    return scheme < PSURF_SCHEME_COUNT ? psurf__schemes[scheme].curves : PSURF__NO_CURVES;
+}
+
+static psurf_kind psurf__scheme_triangle(uint32_t scheme)
 {
     return psurf__schemes[scheme].triangle;
 }
@@ -4294,13 +4298,10 @@ static psurf_kind psurf__patch_kind(const psurf_patches *p, psurf_kind kind)
 static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
                                 psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out)
 {
-    const unsigned curves = (unsigned)p->topology->mixed_first;
-    const psurf__scheme_row *row;
-    uint32_t s = (uint32_t)p->scheme;
+    const psurf__scheme_row *row = &psurf__schemes[p->scheme];
     if (p->scheme == PSURF_MIXED)
-        for (s = PSURF_PN; psurf__schemes[s].triangle != kind ||
-                           psurf__curves_of(s) != psurf__curves_of(curves);) s++;
-    row = &psurf__schemes[s];
+        for (row = psurf__schemes; row->triangle != kind || row->curves != p->topology->curves;)
+            row++;
     psurf__run_rule(p, control, kind, first, end, kind == PSURF_PN_QUAD ? row->quad : row->rule,
                     row->apexes, out);
 }
@@ -7634,7 +7635,7 @@ static void PSURF__K(put_apart)(const psurf__run *r, const PSURF__K(line) *line,
     psurf__held held;
     psurf__cursor cursors[2];
     uint32_t i, k;
-    psurf__hold_cursors(&held, r->group->normals, cursors);
+    psurf__hold_cursors(&held, r->group->normals != PSURF__NO_NORMALS, cursors);
     for (k = k0; k < k1; k++) {
         PSURF__K(any_samples)(r, line, k, k + 1, cursors);
         for (i = 0; i < r->group->count; i++) {
@@ -8887,7 +8888,8 @@ static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk)
     g.count = 1;
     g.rate = rate;
     g.turn = view.turn;
-    g.normals = g.border_only = 1;
+    g.normals = PSURF__SURFACE;
+    g.border_only = 1;
     g.apart = PSURF__ALL_APART;
     g.aim = NULL;
     g.put = psurf__put_probe;

@@ -558,6 +558,7 @@ static void test_outputs(void **state)
     (void)state;
     surface_build(&s, &m);
     for (i = 0; i < COUNT; i++) samples[i] = random_sample(&m, &rng);
+    memset(&out, 0, sizeof out);
     out.p = full[0][0], out.n = full[1][0], out.du = full[2][0], out.dv = full[3][0];
     out.duu = full[4][0], out.duv = full[5][0], out.dvv = full[6][0], out.stride = 0;
     psurf_eval(&s.patches, samples, COUNT, &out);
@@ -594,6 +595,7 @@ static void eval_batch(const surface *s, const psurf_sample *samples, uint32_t c
     psurf_real gauss[BATCH], mean[BATCH];
     psurf_points out;
     uint32_t i;
+    memset(&out, 0, sizeof out);
     out.p = to->at[0], out.n = to->at[1], out.du = to->at[2], out.dv = to->at[3];
     out.duu = to->at[4], out.duv = to->at[5], out.dvv = to->at[6], out.stride = sizeof *to;
     psurf_eval(&s->patches, samples, count, &out);

@@ -112,6 +112,7 @@ static uint64_t hash_points(uint64_t hash, const surface *s, const mesh *m, uint
         psurf_points out;
         block = step < 64 ? step : 64;
         block = block < count - i ? block : count - i;
+        memset(&out, 0, sizeof out);
         out.p = first, out.n = first + 3, out.du = first + 6, out.dv = first + 9;
         out.duu = first + 12, out.duv = first + 15, out.dvv = first + 18;
         out.stride = WIDTH * sizeof *points;
