@@ -5075,6 +5075,8 @@ typedef struct psurf__kernels {
 #define PSURF__SET_NEON
 #else
 #define PSURF__SET scalar
+#undef PSURF__INLINE                    /* eight numbers each: always inlined they are no faster, */
+#define PSURF__INLINE inline            /* and compilers take minutes instead of seconds */
 #endif
 
 #ifdef PSURF__ONCE
