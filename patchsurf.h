@@ -184,8 +184,8 @@
    INSTRUCTION SETS. Evaluation works on eight facets or samples at once: with AVX2 or SSE2 on x86
    (the processor is asked at run time; MinGW's gcc and clang-cl have SSE2 alone), NEON on 64-bit
    little-endian ARM with gcc and clang, else in plain C; psurf_simd_name() tells. Vertices of
-   24 bytes, n = p + 3 and both strides 24, are written fastest. Facets smaller than 1e-4 units or
-   larger than 1e4 take a slower path to their normals.
+   24 bytes, n = p + 3 and both strides 24, are written fastest. Facets smaller than 1e-7 units or
+   larger than 1e7 take a slower path to their normals.
 
    DETERMINISM. The same input gives the same bits with gcc and clang at any optimisation level,
    -march=native included, as C or C++, on 32- and 64-bit machines, little- and big-endian, with
@@ -954,9 +954,10 @@ PSURF__ASSERT_SIZE(psurf_sample, 8 + 2 * sizeof(psurf_real));
 
 #define PSURF__R(x) ((psurf_real)(x))
 
-/* Beyond these, squares of lengths may vanish or overflow where they are multiplied. */
-#define PSURF__SHORT PSURF__R(1e-20)
-#define PSURF__LONG PSURF__R(1e20)
+/* A square of a length below which the length needs scaling, and the product of two such squares
+   above which it does. */
+#define PSURF__SHORT PSURF__R(1e-33)
+#define PSURF__LONG PSURF__R(1e36)
 
 typedef struct psurf__v3 { psurf_real x, y, z; } psurf__v3;
 
@@ -1061,7 +1062,20 @@ static int psurf__finite3(psurf__v3 a)
 typedef psurf_real psurf__v4 __attribute__((vector_size(16)));
 typedef psurf_real psurf__v4_in_memory __attribute__((vector_size(16), aligned(4), may_alias));
 typedef int64_t psurf__pairs __attribute__((vector_size(16)));
+typedef int32_t psurf__places __attribute__((vector_size(16)));
 typedef int64_t psurf__pair_in_memory __attribute__((aligned(4), may_alias));
+
+/* Four of the lanes of a, 0 to 3, and of b, 4 to 7. */
+#if defined(__clang__)
+#define PSURF__SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
+#else
+static PSURF__INLINE psurf__places psurf__places_of(int i, int j, int k, int l)
+{
+    const psurf__places places = {i, j, k, l};
+    return places;
+}
+#define PSURF__SHUFFLE(a, b, i, j, k, l) __builtin_shuffle(a, b, psurf__places_of(i, j, k, l))
+#endif
 
 static PSURF__INLINE psurf__v4 psurf__get4(const psurf_real *p)
 {
@@ -1076,21 +1090,26 @@ static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a)
     p[2] = a[2];
 }
 
-/* In one piece, where a fourth real may be read, or will be written afterwards. */
+/* In one piece, where a fourth real may be read. */
 static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p)
 {
     return *(const psurf__v4_in_memory *)p;
 }
 
-static PSURF__INLINE void psurf__put4_over(psurf_real *p, psurf__v4 a)
+/* The same where a real before may be read. */
+static PSURF__INLINE psurf__v4 psurf__get4_after(const psurf_real *p)
 {
-    *(psurf__v4_in_memory *)p = a;
+    const psurf__v4 a = *(const psurf__v4_in_memory *)(p - 1);
+    return PSURF__SHUFFLE(a, a, 1, 2, 3, 3);
 }
 
-static PSURF__INLINE void psurf__copy3(psurf_real *to, const psurf_real *from)
+/* Two points side by side, in two pieces instead of four. */
+static PSURF__INLINE void psurf__put4_pair(psurf_real *p, psurf__v4 a, psurf__v4 b)
 {
-    *(psurf__pair_in_memory *)to = *(const psurf__pair_in_memory *)from;
-    to[2] = from[2];
+    const psurf__v4 middle = PSURF__SHUFFLE(a, b, 2, 2, 4, 4);
+    const psurf__v4 last = PSURF__SHUFFLE(b, b, 1, 2, 1, 2);
+    *(psurf__v4_in_memory *)p = PSURF__SHUFFLE(a, middle, 0, 1, 4, 6);
+    *(psurf__pair_in_memory *)(p + 4) = ((psurf__pairs)last)[0];
 }
 
 static PSURF__INLINE psurf__v4 psurf__add4(psurf__v4 a, psurf__v4 b) { return a + b; }
@@ -1104,14 +1123,16 @@ typedef psurf__v3 psurf__v4;
 static PSURF__INLINE psurf__v4 psurf__get4(const psurf_real *p) { return psurf__get(p); }
 static PSURF__INLINE void psurf__put4(psurf_real *p, psurf__v4 a) { psurf__put(p, a); }
 static PSURF__INLINE psurf__v4 psurf__get4_over(const psurf_real *p) { return psurf__get(p); }
-static PSURF__INLINE void psurf__put4_over(psurf_real *p, psurf__v4 a) { psurf__put(p, a); }
 static PSURF__INLINE psurf__v4 psurf__add4(psurf__v4 a, psurf__v4 b) { return psurf__add(a, b); }
 static PSURF__INLINE psurf__v4 psurf__sub4(psurf__v4 a, psurf__v4 b) { return psurf__sub(a, b); }
 static PSURF__INLINE psurf__v4 psurf__mul4(psurf__v4 a, psurf_real s) { return psurf__mul(a, s); }
 
-static PSURF__INLINE void psurf__copy3(psurf_real *to, const psurf_real *from)
+static PSURF__INLINE psurf__v4 psurf__get4_after(const psurf_real *p) { return psurf__get(p); }
+
+static PSURF__INLINE void psurf__put4_pair(psurf_real *p, psurf__v4 a, psurf__v4 b)
 {
-    psurf__put(to, psurf__get(from));
+    psurf__put(p, a);
+    psurf__put(p + 3, b);
 }
 
 #endif
@@ -1170,7 +1191,7 @@ static psurf__v3 psurf__unit_cross(psurf__v3 du, psurf__v3 dv)
     const psurf_real eps = PSURF__PARALLEL;
     psurf__v3 n = psurf__cross(du, dv);
     psurf_real q = psurf__dot(n, n), lengths = psurf__dot(du, du) * psurf__dot(dv, dv);
-    if (!(lengths > PSURF__SHORT && lengths < PSURF__LONG)) {
+    if (!(q > PSURF__SHORT && lengths < PSURF__LONG)) {
         du = psurf__scaled(du);
         dv = psurf__scaled(dv);
         n = psurf__cross(du, dv);
@@ -1309,6 +1330,11 @@ static psurf_result psurf__allocate(const psurf_allocator *allocator, psurf__blo
    corner stands for the half-edge from its vertex to the next corner's. Everything after this
    chapter trusts the tables. */
 
+/* Boundary curves that schemes have in common: those with equal ones go together on one object. */
+typedef enum psurf__curves {
+    PSURF__NO_CURVES, PSURF__PN_CURVES, PSURF__WM_CURVES, PSURF__HYBRID_CURVES, PSURF__PNG1_CURVES
+} psurf__curves;
+
 typedef struct psurf__start { uint32_t corner, triangles, quads; } psurf__start;
 
 struct psurf_topology {
@@ -1327,7 +1353,7 @@ struct psurf_topology {
     psurf__start *starts;             /* what lies before each face; NULL where all have one size */
     psurf_split split;
     int mixed;                          /* facets are filed under the kinds of their schemes */
-    psurf_scheme mixed_first;           /* which the others of the mix go with */
+    psurf__curves curves;               /* of a mix */
     uint32_t uniform_size;
     uint32_t corner_count, trig_count;
     size_t table_bytes;                 /* from rings to the end of the last table */
@@ -1428,8 +1454,9 @@ static uint32_t psurf__facet_corner(const psurf_topology *t, psurf_kind kind, ui
     return t->kind_first_corner[kind] + (facet - t->kind_first[kind]) * psurf__kind_sides(kind);
 }
 
-/* The kind of patch that triangles of a scheme become: from the table in chapter 5. */
-static psurf_kind psurf__scheme_triangle(psurf_scheme scheme);
+/* From the table of schemes in chapter 5; no curves if scheme is out of range. */
+static psurf__curves psurf__scheme_curves(uint32_t scheme);
+static psurf_kind psurf__scheme_triangle(uint32_t scheme);
 
 /* What a topology is made from. Built in two steps, each with memory of its own: the faces as they
    came in, then the facets that they or their pieces became. */
@@ -1541,25 +1568,13 @@ static psurf_result psurf__check_desc(psurf__builder *b)
     return psurf__count_mesh(b);
 }
 
-/* The boundary curves of a scheme: those that have equal ones go together on one object. */
-static int psurf__curves_of(unsigned scheme)
-{
-    switch ((psurf_scheme)scheme) {
-    case PSURF_PN: case PSURF_SMOOTHED_N: case PSURF_CUBIC_PN_B1: case PSURF_CUBIC_PN_B2: return 1;
-    case PSURF_CUBIC_WM_B1: case PSURF_CUBIC_WM_B2: return 2;
-    case PSURF_HYBRID: return 3;
-    case PSURF_PNG1: return 4;
-    case PSURF_PM: case PSURF_MIXED: case PSURF_SCHEME_COUNT: default: return 0;
-    }
-}
-
 static psurf_result psurf__check_schemes(psurf__builder *b)
 {
     const unsigned char *schemes = b->desc->face_schemes;
     uint32_t f;
     for (f = 0; schemes && f < b->faces; f++)
-        if (!psurf__curves_of(schemes[f]) ||
-            psurf__curves_of(schemes[f]) != psurf__curves_of(schemes[0]))
+        if (psurf__scheme_curves(schemes[f]) == PSURF__NO_CURVES ||
+            psurf__scheme_curves(schemes[f]) != psurf__scheme_curves(schemes[0]))
             return psurf__fail(b, PSURF_BAD_SCHEME, f, PSURF_NONE, PSURF_NONE, PSURF_NONE);
     return PSURF_OK;
 }
@@ -2257,7 +2272,7 @@ static void psurf__find_poles(psurf__builder *b)
 static psurf_kind psurf__triangle_kind(const psurf__builder *b, uint32_t face)
 {
     const unsigned char *schemes = b->desc->face_schemes;
-    return schemes ? psurf__scheme_triangle((psurf_scheme)schemes[face]) : PSURF_PN_TRI;
+    return schemes ? psurf__scheme_triangle(schemes[face]) : PSURF_PN_TRI;
 }
 
 /* The kind of a facet of pm, of size corners from first on, and in *pole the corner that is the
@@ -2562,7 +2577,7 @@ static void psurf__fill_info(psurf__builder *b, psurf_topology *t, size_t bytes,
     t->vertex_rings = b->vertex_rings;
     t->split = b->desc->split;
     t->mixed = b->desc->face_schemes != NULL;
-    if (t->mixed && b->faces) t->mixed_first = (psurf_scheme)b->desc->face_schemes[0];
+    if (t->mixed && b->faces) t->curves = psurf__scheme_curves(b->desc->face_schemes[0]);
 }
 
 /* ---- the steps ---- */
@@ -3012,8 +3027,10 @@ static void psurf__regular_ring(const psurf_patches *patches, const psurf__contr
     psurf_real *out = psurf__tangent(patches, ring->first_spoke);
     psurf__v4 end[5], f[4], v, t1, t2;
     uint32_t j;
+    PSURF__UNROLL
     for (j = 0; j < 4; j++) end[j] = psurf__offset(control, spokes[j].end, p);
     end[4] = end[0];
+    PSURF__UNROLL
     for (j = 0; j < 4; j++)
         f[j] = psurf__face_offset(end[j], end[j + 1], psurf__across(control, &spokes[j], p));
     v = psurf__add4(psurf__add4(psurf__add4(f[0], f[1]), f[2]), f[3]);
@@ -3023,14 +3040,10 @@ static void psurf__regular_ring(const psurf_patches *patches, const psurf__contr
     t1 = psurf__mul4(t1, PSURF__R(0.25));               /* eq. 15 */
     t2 = psurf__mul4(t2, PSURF__R(0.25));
     psurf__put4(limit, v);
-    psurf__put4_over(out + 0, psurf__add4(v, t1));      /* eq. 16 */
-    psurf__put4(out + 3, psurf__add4(p, f[0]));
-    psurf__put4_over(out + 6, psurf__add4(v, t2));
-    psurf__put4(out + 9, psurf__add4(p, f[1]));
-    psurf__put4_over(out + 12, psurf__sub4(v, t1));
-    psurf__put4(out + 15, psurf__add4(p, f[2]));
-    psurf__put4_over(out + 18, psurf__sub4(v, t2));
-    psurf__put4(out + 21, psurf__add4(p, f[3]));
+    psurf__put4_pair(out + 0, psurf__add4(v, t1), psurf__add4(p, f[0]));     /* eq. 16 */
+    psurf__put4_pair(out + 6, psurf__add4(v, t2), psurf__add4(p, f[1]));
+    psurf__put4_pair(out + 12, psurf__sub4(v, t1), psurf__add4(p, f[2]));
+    psurf__put4_pair(out + 18, psurf__sub4(v, t2), psurf__add4(p, f[3]));
 }
 
 /* The end point e_s - p of the crease curve on a sharp spoke. */
@@ -3252,6 +3265,12 @@ static PSURF__INLINE psurf__corner_data psurf__read_corner(const psurf__vertex_d
 
 /* ---- pm: [PM], whose equation numbers are given ---- */
 
+/* Two limit or tangent points, behind which the scratch goes on. */
+static PSURF__INLINE void psurf__copy_pair(psurf_real *to, const psurf_real *a, const psurf_real *b)
+{
+    psurf__put4_pair(to, psurf__get4_over(a), psurf__get4_over(b));
+}
+
 /* Ordinary facet: the vertex data as they are make a bicubic Bezier patch. */
 static PSURF__INLINE void psurf__pm_bicubic(const psurf__vertex_data *data, uint32_t first,
                                             psurf_real *g)
@@ -3261,22 +3280,14 @@ static PSURF__INLINE void psurf__pm_bicubic(const psurf__vertex_data *data, uint
     c[1] = psurf__read_corner(data, first + 1);
     c[2] = psurf__read_corner(data, first + 2);
     c[3] = psurf__read_corner(data, first + 3);
-    psurf__copy3(g + 0, c[0].v);
-    psurf__copy3(g + 3, c[0].t0);
-    psurf__copy3(g + 6, c[1].t1);
-    psurf__copy3(g + 9, c[1].v);
-    psurf__copy3(g + 12, c[0].t1);
-    psurf__copy3(g + 15, c[0].f);
-    psurf__copy3(g + 18, c[1].f);
-    psurf__copy3(g + 21, c[1].t0);
-    psurf__copy3(g + 24, c[3].t0);
-    psurf__copy3(g + 27, c[3].f);
-    psurf__copy3(g + 30, c[2].f);
-    psurf__copy3(g + 33, c[2].t1);
-    psurf__copy3(g + 36, c[3].v);
-    psurf__copy3(g + 39, c[3].t1);
-    psurf__copy3(g + 42, c[2].t0);
-    psurf__copy3(g + 45, c[2].v);
+    psurf__copy_pair(g + 0, c[0].v, c[0].t0);
+    psurf__copy_pair(g + 6, c[1].t1, c[1].v);
+    psurf__put4_pair(g + 12, psurf__get4_over(c[0].t1), psurf__get4_after(c[0].f));
+    psurf__put4_pair(g + 18, psurf__get4_after(c[1].f), psurf__get4_over(c[1].t0));
+    psurf__put4_pair(g + 24, psurf__get4_over(c[3].t0), psurf__get4_after(c[3].f));
+    psurf__put4_pair(g + 30, psurf__get4_after(c[2].f), psurf__get4_over(c[2].t1));
+    psurf__copy_pair(g + 36, c[3].v, c[3].t1);
+    psurf__copy_pair(g + 42, c[2].t0, c[2].v);
 }
 
 /* 3/2 of the blend ratio at the pole on the spoke of a polar facet's corner. */
@@ -3303,19 +3314,13 @@ static void psurf__pm_polar(const psurf__vertex_data *data, const psurf__control
     psurf__v4 h22 = psurf__mul4(psurf__mad4(h02, 2, h32), scale);
     h12 = psurf__mix4(qa, h12, 1 - qa, h02);
     h22 = psurf__mix4(qb, h22, 1 - qb, h32);
-    psurf__copy3(h + 0, a.v);
-    psurf__copy3(h + 3, a.t0);
-    psurf__copy3(h + 6, b.t1);
-    psurf__copy3(h + 9, b.v);
-    psurf__copy3(h + 12, a.t1);
-    psurf__copy3(h + 15, a.f);
-    psurf__copy3(h + 18, b.f);
-    psurf__copy3(h + 21, b.t0);
-    psurf__copy3(h + 24, o.t0);
-    psurf__put4(h + 27, psurf__add4(pole, h12));
-    psurf__put4(h + 30, psurf__add4(pole, h22));
-    psurf__copy3(h + 33, o.t1);
-    psurf__copy3(h + 36, o.v);
+    psurf__copy_pair(h + 0, a.v, a.t0);
+    psurf__copy_pair(h + 6, b.t1, b.v);
+    psurf__put4_pair(h + 12, psurf__get4_over(a.t1), psurf__get4_after(a.f));
+    psurf__put4_pair(h + 18, psurf__get4_after(b.f), psurf__get4_over(b.t0));
+    psurf__put4_pair(h + 24, psurf__get4_over(o.t0), psurf__add4(pole, h12));
+    psurf__put4_pair(h + 30, psurf__add4(pole, h22), psurf__get4_over(o.t1));
+    psurf__put4(h + 36, pole);
 }
 
 /* What eqs. 3 and 20 need of m = 3, 4, 5: mu = 1 - c_m, k1, k2, and the weight w of the centre.
@@ -3352,14 +3357,14 @@ static PSURF__INLINE psurf__pm_corner psurf__pm_read(const psurf__vertex_data *d
                                                      psurf_real mu)
 {
     const psurf_trig row = data->trig[at->ring->trig + 2];
-    const psurf__v4 v = psurf__get4(at->v), f = psurf__get4(at->f);
+    const psurf__v4 v = psurf__get4(at->v), f = psurf__get4_after(at->f);
     psurf__pm_corner c;
     c.v = psurf__sub4(v, origin);
     c.t0 = psurf__sub4(psurf__get4_over(at->t0), v);
     c.t1 = psurf__sub4(psurf__get4_over(at->t1), v);
     c.f = psurf__sub4(f, v);
-    c.across0 = psurf__sub4(f, psurf__get4(at->fr));
-    c.across1 = psurf__sub4(f, psurf__get4(at->fl));
+    c.across0 = psurf__sub4(f, psurf__get4_after(at->fr));
+    c.across1 = psurf__sub4(f, psurf__get4_after(at->fl));
     if (at->ring->valence & PSURF_RING_OPEN) psurf__pm_reflect(at, &c);
     c.chi = (1 + row.c) * (PSURF__R(0.25) / mu);
     c.s = row.s;
@@ -3475,12 +3480,11 @@ static PSURF__INLINE void psurf__pm_sectors(const psurf__vertex_data *data, uint
     else psurf__pm_b112_odd(c, centre, b211, b121, m, b112);
     PSURF__UNROLL
     for (i = 0; i < m; i++, out += 3 * PSURF__SECTOR) {
-        psurf__copy3(out + 3 * PSURF__V, at[i].v);
-        psurf__copy3(out + 3 * PSURF__T0, at[i].t0);
-        psurf__copy3(out + 3 * PSURF__T1, at[psurf__following(i, m)].t1);
-        psurf__put4(out + 3 * PSURF__B211, psurf__add4(origin, b211[i]));
-        psurf__put4(out + 3 * PSURF__B121, psurf__add4(origin, b121[i]));
-        psurf__put4(out + 3 * PSURF__B112, psurf__add4(origin, b112[i]));
+        psurf__copy_pair(out + 3 * PSURF__V, at[i].v, at[i].t0);
+        psurf__put4_pair(out + 3 * PSURF__T1, psurf__get4_over(at[psurf__following(i, m)].t1),
+                         psurf__add4(origin, b211[i]));
+        psurf__put4_pair(out + 3 * PSURF__B121, psurf__add4(origin, b121[i]),
+                         psurf__add4(origin, b112[i]));
     }
     psurf__put4(out, psurf__add4(origin, centre));
 }
@@ -3622,22 +3626,24 @@ static psurf__curve psurf__make_curve(const psurf__local *l, uint32_t e, uint32_
 {
     const psurf__v3 begin = l->edge[e].begin, end = l->edge[e].end;
     const psurf__v3 back = psurf__sub(l->p[e], l->p[f]);
-    const int smooth = psurf__is_same(l->n[e], begin) && psurf__is_same(l->n[f], end);
+    const int same = psurf__is_same(l->n[e], begin) && psurf__is_same(l->n[f], end);
+    psurf__v3 line[2];
     psurf__curve c;
-    psurf__v3 line;
     c.chord = psurf__sub(l->p[f], l->p[e]);
     c.normal[0] = psurf__common_normal(l->n[e], begin);
     c.normal[1] = psurf__common_normal(l->n[f], end);
     c.hard = 0;
-    if (smooth) {
+    if (!same) {
+        line[0] = psurf__end_line(c.chord, l->n[e], begin, &c.hard);
+        line[1] = psurf__end_line(back, l->n[f], end, &c.hard);
+    }
+    if (!c.hard) {
         c.handle[0] = psurf__smooth_handle(rule, c.chord, c.normal[0], c.normal[1]);
         c.handle[1] = psurf__smooth_handle(rule, back, c.normal[1], c.normal[0]);
         return c;
     }
-    line = psurf__end_line(c.chord, l->n[e], begin, &c.hard);
-    c.handle[0] = psurf__line_handle(rule, c.chord, line);
-    line = psurf__end_line(back, l->n[f], end, &c.hard);
-    c.handle[1] = psurf__line_handle(rule, back, line);
+    c.handle[0] = psurf__line_handle(rule, c.chord, line[0]);
+    c.handle[1] = psurf__line_handle(rule, back, line[1]);
     return c;
 }
 
@@ -4254,6 +4260,7 @@ typedef struct psurf__scheme_row {
     const char *name;
     psurf_split split;
     psurf_kind triangle;                /* of facets that the topology files as PSURF_PN_TRI */
+    psurf__curves curves;
     void (*facets)(const psurf_patches *, const psurf__control *, psurf_kind, uint32_t first,
                    uint32_t end, psurf_real *out);
     psurf__local_rule *rule, *quad;     /* what psurf__local_facets asks */
@@ -4261,26 +4268,33 @@ typedef struct psurf__scheme_row {
 } psurf__scheme_row;
 
 static const psurf__scheme_row psurf__schemes[PSURF_SCHEME_COUNT] = {
-    {"pm", PSURF_SPLIT_PM, PSURF_PN_TRI, psurf__pm_facets, NULL, NULL, 0},
-    {"pn", PSURF_SPLIT_PN, PSURF_PN_TRI, psurf__local_facets, psurf__pn_triangle, psurf__pn_quad,
-     0},
-    {"smoothed_n", PSURF_SPLIT_TRIANGLES, PSURF_NPATCH, psurf__local_facets, psurf__smoothed_n,
-     NULL, 1},
-    {"hybrid", PSURF_SPLIT_TRIANGLES, PSURF_HYBRID_TRI, psurf__local_facets, psurf__hybrid, NULL,
-     1},
-    {"png1", PSURF_SPLIT_TRIANGLES, PSURF_PNG1_TRI, psurf__local_facets, psurf__png1, NULL, 1},
-    {"cubic_wm_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_wm,
-     NULL, 0},
-    {"cubic_pn_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, psurf__local_facets, psurf__cubic_pn,
-     NULL, 0},
-    {"cubic_wm_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_wm,
-     NULL, 0},
-    {"cubic_pn_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, psurf__local_facets, psurf__cubic_pn,
-     NULL, 0},
-    {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, psurf__local_facets, NULL, NULL, 0}
+    {"pm", PSURF_SPLIT_PM, PSURF_PN_TRI, PSURF__NO_CURVES, psurf__pm_facets, NULL, NULL, 0},
+    {"pn", PSURF_SPLIT_PN, PSURF_PN_TRI, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__pn_triangle, psurf__pn_quad, 0},
+    {"smoothed_n", PSURF_SPLIT_TRIANGLES, PSURF_NPATCH, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__smoothed_n, NULL, 1},
+    {"hybrid", PSURF_SPLIT_TRIANGLES, PSURF_HYBRID_TRI, PSURF__HYBRID_CURVES, psurf__local_facets,
+     psurf__hybrid, NULL, 1},
+    {"png1", PSURF_SPLIT_TRIANGLES, PSURF_PNG1_TRI, PSURF__PNG1_CURVES, psurf__local_facets,
+     psurf__png1, NULL, 1},
+    {"cubic_wm_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, PSURF__WM_CURVES, psurf__local_facets,
+     psurf__cubic_wm, NULL, 0},
+    {"cubic_pn_b1", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__cubic_pn, NULL, 0},
+    {"cubic_wm_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, PSURF__WM_CURVES, psurf__local_facets,
+     psurf__cubic_wm, NULL, 0},
+    {"cubic_pn_b2", PSURF_SPLIT_TRIANGLES, PSURF_RIBBON_B2, PSURF__PN_CURVES, psurf__local_facets,
+     psurf__cubic_pn, NULL, 0},
+    {"mixed", PSURF_SPLIT_TRIANGLES, PSURF_PN_TRI, PSURF__NO_CURVES, psurf__local_facets, NULL,
+     NULL, 0}
 };
 
-static psurf_kind psurf__scheme_triangle(psurf_scheme scheme)
+static psurf__curves psurf__scheme_curves(uint32_t scheme)
+{
+    return scheme < PSURF_SCHEME_COUNT ? psurf__schemes[scheme].curves : PSURF__NO_CURVES;
+}
+
+static psurf_kind psurf__scheme_triangle(uint32_t scheme)
 {
     return psurf__schemes[scheme].triangle;
 }
@@ -4294,13 +4308,10 @@ static psurf_kind psurf__patch_kind(const psurf_patches *p, psurf_kind kind)
 static void psurf__local_facets(const psurf_patches *p, const psurf__control *control,
                                 psurf_kind kind, uint32_t first, uint32_t end, psurf_real *out)
 {
-    const unsigned curves = (unsigned)p->topology->mixed_first;
-    const psurf__scheme_row *row;
-    uint32_t s = (uint32_t)p->scheme;
+    const psurf__scheme_row *row = &psurf__schemes[p->scheme];
     if (p->scheme == PSURF_MIXED)
-        for (s = PSURF_PN; psurf__schemes[s].triangle != kind ||
-                           psurf__curves_of(s) != psurf__curves_of(curves);) s++;
-    row = &psurf__schemes[s];
+        for (row = psurf__schemes; row->triangle != kind || row->curves != p->topology->curves;)
+            row++;
     psurf__run_rule(p, control, kind, first, end, kind == PSURF_PN_QUAD ? row->quad : row->rule,
                     row->apexes, out);
 }
@@ -4890,6 +4901,17 @@ typedef enum psurf__apart {
     PSURF__NONE_APART, PSURF__BORDER_APART, PSURF__ALL_APART
 } psurf__apart;
 
+/* Memory that the next group is going to use, asked for while this group is in work, and bit by
+   bit: more at once would hold up the arithmetic. */
+typedef struct psurf__ahead {
+    const psurf_real *to[8];            /* of each lane */
+    ptrdiff_t at, end, step;            /* in reals */
+} psurf__ahead;
+
+/* Its samples: even pairs of this group's ask for the first, odd ones for the second. Its patches:
+   each line asks. */
+enum { PSURF__AHEAD_EVEN, PSURF__AHEAD_ODD, PSURF__AHEAD_PATCHES, PSURF__AHEADS };
+
 /* Up to eight facets of one kind and turn, of which the same samples are wanted, and where they
    go. */
 typedef struct psurf__run psurf__run;
@@ -4901,6 +4923,8 @@ typedef struct psurf__group {
     psurf__normals normals;
     int border_only;                    /* samples on the facets' edges alone */
     psurf__apart apart;
+    int fetched;                        /* where they go has been asked for */
+    psurf__ahead *ahead;                /* [PSURF__AHEADS] */
     void (*aim)(const psurf__run *run, uint32_t first, uint32_t last, psurf__cursor cursors[2]);
     void (*put)(const psurf__run *run, uint32_t lane, uint32_t k, const psurf_real *sample);
     void *to;
@@ -4967,6 +4991,12 @@ static psurf__point psurf__line_point(const psurf__run *r, uint32_t k)
 
 static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane, int direction,
                                psurf_real (*u)[8], psurf_real (*w)[8], psurf_real (*n)[8]);
+
+/* How many reals of a face are asked for ahead at most: they have to stay till they are written. */
+enum { PSURF__FAR_AHEAD = 32768 };
+
+/* Pairs of samples whose distances from the middle of a line are worked out together. */
+enum { PSURF__STRETCH = 24 };
 
 /* Rows of the 15 points of a sector: where the points of constant distance from the edge begin. */
 static const unsigned char psurf__row[5] = {0, 5, 9, 12, 14};
@@ -5094,7 +5124,7 @@ static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 
 static PSURF__INLINE void psurf__l_fetch(const float *p)
 {
-    _mm_prefetch((const char *)p, _MM_HINT_T0);
+    _mm_prefetch((const char *)p, _MM_HINT_T1);         /* a group is more than the first cache */
 }
 
 /* Four reals of lanes i and i+4, side by side. */
@@ -5242,7 +5272,7 @@ static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
 
 static PSURF__INLINE void psurf__l_fetch(const float *p)
 {
-    _mm_prefetch((const char *)p, _MM_HINT_T0);
+    _mm_prefetch((const char *)p, _MM_HINT_T1);         /* a group is more than the first cache */
 }
 
 /* Rows of four to columns: one half of the lanes. */
@@ -5375,7 +5405,7 @@ static PSURF__INLINE unsigned psurf__l_greater(psurf__lanes a, psurf__lanes b)
            vaddvq_u32(vandq_u32(vcgtq_f32(a.high, b.high), bit)) << 4;
 }
 
-static PSURF__INLINE void psurf__l_fetch(const float *p) { __builtin_prefetch(p, 1); }
+static PSURF__INLINE void psurf__l_fetch(const float *p) { __builtin_prefetch(p, 1, 2); }
 
 /* Rows of four to columns: one half of the lanes. */
 static PSURF__INLINE void PSURF__K(turn)(float32x4_t *a)
@@ -6796,7 +6826,7 @@ static unsigned PSURF__K(unit_cross)(psurf__l3 du, psurf__l3 dv, psurf__l3 *n)
     const psurf__lanes lengths = psurf__l_mul(psurf__l3_dot(du, du), psurf__l3_dot(dv, dv));
     *n = psurf__l3_mul(cross, psurf__l_div(psurf__l_all(1), psurf__l_sqrt(q)));
     return ~(psurf__l_greater(q, psurf__l_mul(psurf__l_all(eps * eps), lengths)) &
-             psurf__l_greater(lengths, psurf__l_all(PSURF__SHORT)) &
+             psurf__l_greater(q, psurf__l_all(PSURF__SHORT)) &
              psurf__l_greater(psurf__l_all(PSURF__LONG), lengths)) & 0xFFu;
 }
 
@@ -7398,17 +7428,45 @@ static void PSURF__K(put_corners)(const psurf__run *r, const PSURF__K(line) *lin
         PSURF__K(write)(r, line, r->n, last, *n, *n, 1, 1, &cursors[1]);
 }
 
+static PSURF__INLINE void PSURF__K(fetch_ahead)(psurf__ahead *a)
+{
+    uint32_t i;
+    if (a->at >= a->end) return;
+    for (i = 0; i < 8; i++) psurf__l_fetch(a->to[i] + a->at);
+    a->at += a->step;
+}
+
+/* How far from the middle of a line its samples lie, k0 <= k < k1, and the squares: eight quotients
+   at a time, and none between the samples. */
+typedef struct PSURF__K(distances) {
+    psurf_real h[PSURF__STRETCH], hh[PSURF__STRETCH];
+} PSURF__K(distances);
+
+static PSURF__INLINE void PSURF__K(find_distances)(const psurf__run *r, uint32_t k0, uint32_t k1,
+                                                   PSURF__K(distances) *to)
+{
+    static const psurf_real twice[8] = {0, 2, 4, 6, 8, 10, 12, 14};
+    const psurf__lanes twice_k = psurf__l_load(twice), span = psurf__l_all(r->span);
+    uint32_t i;
+    for (i = 0; k0 + i < k1; i += 8) {
+        const psurf_real first = PSURF__R(r->n) - PSURF__R(2 * (k0 + i));       /* exact */
+        const psurf__lanes x = psurf__l_div(psurf__l_sub(psurf__l_all(first), twice_k), span);
+        psurf__l_store(to->h + i, x);
+        psurf__l_store(to->hh + i, psurf__l_mul(x, x));
+    }
+}
+
 /* Samples k and n-k of a line, k0 <= k < k1, as far as they are wanted: forth from its beginning
    and back from its end. quartic: p is, else cubic; edge: p is cubic and without origin. */
 static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(line) *line,
-                                            uint32_t k0, uint32_t k1, int quartic, int edge,
-                                            int normals, psurf__cursor cursors[2])
+                                            const PSURF__K(distances) *x, uint32_t k0, uint32_t k1,
+                                            int quartic, int edge, int normals,
+                                            psurf__cursor cursors[2])
 {
     const psurf__l3 *origin = &line->facets->origin;
     uint32_t k;
     for (k = k0; k < k1; k++) {
-        const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
-        const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
+        const psurf__lanes h = psurf__l_all(x->h[k - k0]), hh = psurf__l_all(x->hh[k - k0]);
         psurf__l3 first, last, u_first, u_last, w_first, w_last;
         if ((edge || !quartic) && k == 0) {
             psurf__l3_put(&first, *line->ends[0]);
@@ -7418,6 +7476,7 @@ static PSURF__INLINE void PSURF__K(samples)(const psurf__run *r, const PSURF__K(
             if (!edge) first = psurf__l3_add(*origin, first);
             if (!edge) last = psurf__l3_add(*origin, last);
         }
+        PSURF__K(fetch_ahead)(&r->group->ahead[k & 1 ? PSURF__AHEAD_ODD : PSURF__AHEAD_EVEN]);
         u_first = u_last = w_first = w_last = first;
         if (normals) PSURF__K(both_sides)(line->w, 3, h, hh, &w_first, &w_last);
         if (normals == PSURF__SURFACE)
@@ -7498,18 +7557,19 @@ static PSURF__INLINE void PSURF__K(blend)(const PSURF__K(blended) *weights, uint
 
 /* The same of triangles: a cubic, and what is blended into it. */
 static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PSURF__K(line) *line,
-                                                   uint32_t k0, uint32_t k1, uint32_t blends,
-                                                   int normals, psurf__cursor cursors[2])
+                                                   const PSURF__K(distances) *x, uint32_t k0,
+                                                   uint32_t k1, uint32_t blends, int normals,
+                                                   psurf__cursor cursors[2])
 {
     const PSURF__K(facets) *f = line->facets;
     PSURF__K(blended) forth, back;
     PSURF__K(sample) first, last;
     uint32_t k, i = 0;
     for (k = k0; k < k1; k++, i = (i + 1) % 8) {
-        const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
-        const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
+        const psurf__lanes h = psurf__l_all(x->h[k - k0]), hh = psurf__l_all(x->hh[k - k0]);
         if (blends && i == 0) PSURF__K(weigh)(r, k, &forth, &back);
         PSURF__K(both_sides)(line->p, 3, h, hh, &first.p, &last.p);
+        PSURF__K(fetch_ahead)(&r->group->ahead[k & 1 ? PSURF__AHEAD_ODD : PSURF__AHEAD_EVEN]);
         first.u = last.u = first.w = last.w = first.p;
         if (normals) PSURF__K(both_sides)(line->w, 2, h, hh, &first.w, &last.w);
         if (normals == PSURF__SURFACE)
@@ -7539,23 +7599,25 @@ static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PS
     }
 }
 
-static void PSURF__K(triangle_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
-                                       uint32_t k1, psurf__cursor cursors[2])
+static void PSURF__K(triangle_samples)(const psurf__run *r, const PSURF__K(line) *line,
+                                       const PSURF__K(distances) *x, uint32_t k0, uint32_t k1,
+                                       psurf__cursor cursors[2])
 {
-    const uint32_t blends = psurf__blend_count(r->group->kind);
-    switch ((blends ? 3 : 0) + (int)r->group->normals) {
-    case 0: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__NO_NORMALS, cursors); return;
-    case 1: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SURFACE, cursors); return;
-    case 2: PSURF__K(triangle_pairs)(r, line, k0, k1, 0, PSURF__SHADING, cursors); return;
-    case 3: PSURF__K(triangle_pairs)(r, line, k0, k1, blends, PSURF__NO_NORMALS, cursors); return;
-    default: PSURF__K(triangle_pairs)(r, line, k0, k1, blends, PSURF__SURFACE, cursors);
+    const uint32_t n = psurf__blend_count(r->group->kind);
+    switch ((n ? 3 : 0) + (int)r->group->normals) {
+    case 0: PSURF__K(triangle_pairs)(r, line, x, k0, k1, 0, PSURF__NO_NORMALS, cursors); return;
+    case 1: PSURF__K(triangle_pairs)(r, line, x, k0, k1, 0, PSURF__SURFACE, cursors); return;
+    case 2: PSURF__K(triangle_pairs)(r, line, x, k0, k1, 0, PSURF__SHADING, cursors); return;
+    case 3: PSURF__K(triangle_pairs)(r, line, x, k0, k1, n, PSURF__NO_NORMALS, cursors); return;
+    default: PSURF__K(triangle_pairs)(r, line, x, k0, k1, n, PSURF__SURFACE, cursors);
     }
 }
 
 /* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample.
    exactly: some lane shades with the normal of its surface. */
 static PSURF__INLINE void PSURF__K(npatch_pairs)(const psurf__run *r, const PSURF__K(line) *line,
-                                                 uint32_t k0, uint32_t k1, int order, int exactly,
+                                                 const PSURF__K(distances) *x, uint32_t k0,
+                                                 uint32_t k1, int order, int exactly,
                                                  psurf__cursor cursors[2])
 {
     const PSURF__K(facets) *f = line->facets;
@@ -7565,9 +7627,9 @@ static PSURF__INLINE void PSURF__K(npatch_pairs)(const psurf__run *r, const PSUR
     const int shading = r->group->normals == PSURF__SHADING;
     uint32_t k, side;
     for (k = k0; k < k1; k++) {
-        const psurf_real x = PSURF__R(r->n - 2 * k) / r->span;
-        const psurf__lanes h = psurf__l_all(x), hh = psurf__l_all(x * x);
+        const psurf__lanes h = psurf__l_all(x->h[k - k0]), hh = psurf__l_all(x->hh[k - k0]);
         psurf__l3 p[2], w[2];
+        PSURF__K(fetch_ahead)(&r->group->ahead[k & 1 ? PSURF__AHEAD_ODD : PSURF__AHEAD_EVEN]);
         PSURF__K(both_sides)(line->p, 3, h, hh, &p[0], &p[1]);
         PSURF__K(both_sides)(line->w, 2, h, hh, &w[0], &w[1]);
         for (side = 0; side < 2; side++) {
@@ -7591,39 +7653,42 @@ static PSURF__INLINE void PSURF__K(npatch_pairs)(const psurf__run *r, const PSUR
     }
 }
 
-static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
-                                     uint32_t k1, psurf__cursor cursors[2])
+static void PSURF__K(npatch_samples)(const psurf__run *r, const PSURF__K(line) *line,
+                                     const PSURF__K(distances) *x, uint32_t k0, uint32_t k1,
+                                     psurf__cursor cursors[2])
 {
     const psurf__lanes half = psurf__l_all(PSURF__R(0.5));
     const int exactly = psurf__l_greater(line->facets->local[18].z, half) != 0;
     if (r->group->normals == PSURF__SURFACE || (r->group->normals == PSURF__SHADING && exactly))
-        PSURF__K(npatch_pairs)(r, line, k0, k1, 1, exactly, cursors);
-    else PSURF__K(npatch_pairs)(r, line, k0, k1, 0, 0, cursors);
+        PSURF__K(npatch_pairs)(r, line, x, k0, k1, 1, exactly, cursors);
+    else PSURF__K(npatch_pairs)(r, line, x, k0, k1, 0, 0, cursors);
 }
 
 static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
                                   uint32_t k1, psurf__cursor cursors[2])
 {
     const psurf_kind kind = r->group->kind;
-    if (kind == PSURF_NPATCH) {
-        PSURF__K(npatch_samples)(r, line, k0, k1, cursors);
-        return;
-    }
-    if (r->tensor && psurf__kind_sides(kind) == 3 && kind != PSURF_POLAR) {
-        PSURF__K(triangle_samples)(r, line, k0, k1, cursors);
-        return;
-    }
-    switch ((r->tensor ? 0 : 6) + (r->edge ? 3 : 0) + (int)r->group->normals) {
-    case 0: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__NO_NORMALS, cursors); return;
-    case 1: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__SURFACE, cursors); return;
-    case 2: PSURF__K(samples)(r, line, k0, k1, 0, 0, PSURF__SHADING, cursors); return;
-    case 3: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__NO_NORMALS, cursors); return;
-    case 4: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__SURFACE, cursors); return;
-    case 5: PSURF__K(samples)(r, line, k0, k1, 0, 1, PSURF__SHADING, cursors); return;
-    case 6: PSURF__K(samples)(r, line, k0, k1, 1, 0, PSURF__NO_NORMALS, cursors); return;
-    case 7: PSURF__K(samples)(r, line, k0, k1, 1, 0, PSURF__SURFACE, cursors); return;
-    case 9: PSURF__K(samples)(r, line, k0, k1, 1, 1, PSURF__NO_NORMALS, cursors); return;
-    default: PSURF__K(samples)(r, line, k0, k1, 1, 1, PSURF__SURFACE, cursors); return;
+    const int which = kind == PSURF_NPATCH ? 12 : psurf__kinds[kind].net ? 13
+                    : (r->tensor ? 0 : 6) + (r->edge ? 3 : 0) + (int)r->group->normals;
+    PSURF__K(distances) x;
+    uint32_t k;
+    for (; k0 < k1; k0 = k) {
+        k = k1 - k0 > PSURF__STRETCH ? k0 + PSURF__STRETCH : k1;
+        PSURF__K(find_distances)(r, k0, k, &x);
+        switch (which) {
+        case 0: PSURF__K(samples)(r, line, &x, k0, k, 0, 0, PSURF__NO_NORMALS, cursors); break;
+        case 1: PSURF__K(samples)(r, line, &x, k0, k, 0, 0, PSURF__SURFACE, cursors); break;
+        case 2: PSURF__K(samples)(r, line, &x, k0, k, 0, 0, PSURF__SHADING, cursors); break;
+        case 3: PSURF__K(samples)(r, line, &x, k0, k, 0, 1, PSURF__NO_NORMALS, cursors); break;
+        case 4: PSURF__K(samples)(r, line, &x, k0, k, 0, 1, PSURF__SURFACE, cursors); break;
+        case 5: PSURF__K(samples)(r, line, &x, k0, k, 0, 1, PSURF__SHADING, cursors); break;
+        case 6: PSURF__K(samples)(r, line, &x, k0, k, 1, 0, PSURF__NO_NORMALS, cursors); break;
+        case 7: PSURF__K(samples)(r, line, &x, k0, k, 1, 0, PSURF__SURFACE, cursors); break;
+        case 12: PSURF__K(npatch_samples)(r, line, &x, k0, k, cursors); break;
+        case 13: PSURF__K(triangle_samples)(r, line, &x, k0, k, cursors); break;
+        case 9: PSURF__K(samples)(r, line, &x, k0, k, 1, 1, PSURF__NO_NORMALS, cursors); break;
+        default: PSURF__K(samples)(r, line, &x, k0, k, 1, 1, PSURF__SURFACE, cursors); break;
+        }
     }
 }
 
@@ -7672,10 +7737,13 @@ static void PSURF__K(put_line)(const psurf__run *r, const PSURF__K(line) *line)
     const uint32_t last = r->n - k0 < r->end ? r->n - k0 : r->end - 1;
     psurf__cursor cursors[2];
     if (k0 > 0) PSURF__K(put_apart)(r, line, 0, k0);
+    PSURF__K(fetch_ahead)(&r->group->ahead[PSURF__AHEAD_PATCHES]);
     if (k0 >= pairs) return;
     r->group->aim(r, first, last, cursors);
-    PSURF__K(fetch)(cursors->p, cursors->p_at, cursors->p_step, cursors->p_bend, last + 1 - first);
-    if (!cursors->interleaved)
+    if (!r->group->fetched)
+        PSURF__K(fetch)(cursors->p, cursors->p_at, cursors->p_step, cursors->p_bend,
+                        last + 1 - first);
+    if (!r->group->fetched && !cursors->interleaved)
         PSURF__K(fetch)(cursors->n, cursors->n_at, cursors->n_step, cursors->n_bend,
                         last + 1 - first);
     PSURF__K(any_samples)(r, line, k0, pairs, cursors);
@@ -8385,9 +8453,11 @@ static void psurf__write_places(const psurf__lattice *l, const psurf_tess_out *o
 
 /* The output of a group's facets. */
 typedef struct psurf__output {
+    psurf_kind filed;                   /* the kind that they are filed under */
     const psurf_tess_out *out;
     size_t p_stride, n_stride;          /* in reals */
     psurf_real *p[8], *n[8];            /* of the first vertex of each face, its first inside */
+    psurf__ahead ahead[PSURF__AHEADS];
     psurf_real sink[3];                 /* for positions that are not wanted */
     psurf__lattice lattice[8];
     uint32_t piece[8];                  /* of a split face, or PSURF_NONE */
@@ -8496,9 +8566,19 @@ typedef struct psurf__job {             /* of one psurf_tessellate */
     psurf__normals normals;             /* that out->n gets */
 } psurf__job;
 
-static void psurf__open_group(const psurf__job *job, psurf_kind kind, uint32_t turn, int split,
+/* The first vertex that a face owns alone: its first; welded, its first inside. */
+static uint64_t psurf__own_vertices(const psurf__job *job, uint32_t face)
+{
+    const psurf_topology *t = job->patches->topology;
+    if (!job->welded) return psurf__face_points_before(t, face, job->rate);
+    return psurf__insides_base(t, job->rate) + psurf__insides_before(t, face, job->rate);
+}
+
+static void psurf__open_group(const psurf__job *job, psurf_kind filed, uint32_t turn, int split,
                               psurf__group *g, psurf__output *o)
 {
+    const psurf_kind kind = psurf__patch_kind(job->patches, filed);
+    o->filed = filed;
     g->kind = kind;
     g->turn = turn;
     g->count = 0;
@@ -8506,6 +8586,8 @@ static void psurf__open_group(const psurf__job *job, psurf_kind kind, uint32_t t
     g->normals = job->normals;
     if (job->normals == PSURF__SHADING && !psurf__kinds[kind].shaded) g->normals = PSURF__SURFACE;
     g->border_only = 0;
+    g->fetched = 0;
+    g->ahead = o->ahead;
     g->apart = split ? PSURF__ALL_APART : job->welded ? PSURF__BORDER_APART : PSURF__NONE_APART;
     g->aim = psurf__aim_line;
     g->put = psurf__put_vertex;
@@ -8522,13 +8604,59 @@ static void psurf__copy_lane(psurf__group *g, psurf__output *o, uint32_t from, u
     o->n[to] = o->n[from];
 }
 
-static void psurf__run_group(psurf__job *job, psurf__group *g, psurf__output *o)
+/* Opens a way ahead through so many places, every step of them from one on. */
+static void psurf__open_ahead(psurf__ahead *a, uint32_t count, ptrdiff_t first, ptrdiff_t step,
+                              ptrdiff_t places, ptrdiff_t stride)
 {
+    uint32_t lane;
+    for (lane = count; lane < 8; lane++) a->to[lane] = a->to[0];
+    a->at = first * stride;
+    a->end = count > 0 ? places * stride : 0;
+    a->step = step * stride;
+}
+
+/* Up to eight facets from one on, as far as their faces are in the range and of one size: most
+   likely the next group. Two pairs of samples ask for what four write. */
+static void psurf__look_ahead(const psurf__job *job, uint32_t facet, uint32_t end, ptrdiff_t reals,
+                              psurf__output *o)
+{
+    const psurf_topology *t = job->patches->topology;
+    const psurf_tess_out *out = job->out;
+    const ptrdiff_t p_stride = out->p ? (ptrdiff_t)o->p_stride : 0;
+    const ptrdiff_t n_stride = out->n ? (ptrdiff_t)o->n_stride : 0;
+    psurf__ahead *even = &o->ahead[PSURF__AHEAD_EVEN], *odd = &o->ahead[PSURF__AHEAD_ODD];
+    psurf__ahead *patches = &o->ahead[PSURF__AHEAD_PATCHES];
+    uint32_t count = 0, size = 0;
+    ptrdiff_t points = 0;
+    for (; count < 8 && facet < end && t->facets[facet].face < job->end; facet++, count++) {
+        const uint32_t face = t->facets[facet].face;
+        const uint64_t first = psurf__own_vertices(job, face);
+        if (count > 0 && psurf__face_size(t, face) != size) break;
+        size = psurf__face_size(t, face);
+        points = (ptrdiff_t)(psurf__own_vertices(job, face + 1) - first);
+        patches->to[count] = psurf__patch_points(job->patches, o->filed, facet);
+        if (out->p) even->to[count] = out->p + (first - out->first_vertex) * o->p_stride;
+        if (out->n) odd->to[count] = out->n + (first - out->first_vertex) * o->n_stride;
+    }
+    if (points * (p_stride > n_stride ? p_stride : n_stride) > PSURF__FAR_AHEAD) points = 0;
+    psurf__open_ahead(patches, count, 0, 16, reals, 1);
+    psurf__open_ahead(even, count, 0, 4, points, p_stride);
+    psurf__open_ahead(odd, count, 0, 4, points, n_stride);
+    if (out->p && out->n == out->p + 3 && p_stride == n_stride) odd->at = 2 * n_stride;
+}
+
+/* next: the first facet that is not in a group yet. */
+static void psurf__run_group(psurf__job *job, psurf__group *g, psurf__output *o, uint32_t next)
+{
+    const uint32_t *kind_first = job->patches->topology->kind_first;
+    const uint32_t end = g->apart == PSURF__ALL_APART ? 0 : kind_first[o->filed + 1];
     uint32_t i;
     if (g->count == 0) return;
     for (i = g->count; i < 8; i++) psurf__copy_lane(g, o, 0, i);
+    psurf__look_ahead(job, next, end, 3 * (ptrdiff_t)psurf__kind_table[g->kind].points, o);
     job->kernels->lattice(g);
     g->count = 0;
+    g->fetched = o->ahead[PSURF__AHEAD_EVEN].end > 0 || o->ahead[PSURF__AHEAD_ODD].end > 0;
 }
 
 static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o, uint32_t facet)
@@ -8543,7 +8671,7 @@ static void psurf__add_facet(psurf__job *job, psurf__group *g, psurf__output *o,
     if (job->out->p) o->p[lane] = job->out->p + (l->base - job->out->first_vertex) * o->p_stride;
     if (job->out->n) o->n[lane] = job->out->n + (l->base - job->out->first_vertex) * o->n_stride;
     g->points[lane] = psurf__view_facet(job->patches, facet).points;
-    if (g->count == 8) psurf__run_group(job, g, o);
+    if (g->count == 8) psurf__run_group(job, g, o, facet + 1);
 }
 
 /* A triangle or quad that is split round its centre: its lattice runs across its pieces, which lie
@@ -8586,8 +8714,7 @@ static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t fi
     uint32_t i = psurf__first_facet(t, kind, first_face), k;
     if (i >= t->kind_first[kind + 1]) return;
     for (k = 0; k < 4; k++)
-        psurf__open_group(job, psurf__patch_kind(job->patches, kind), k % 3, k == 3, &groups[k],
-                          &outputs[k]);
+        psurf__open_group(job, kind, k % 3, k == 3, &groups[k], &outputs[k]);
     for (; i < t->kind_first[kind + 1] && t->facets[i].face < job->end; i++) {
         const psurf_facet *facet = &t->facets[i];
         if (!(facet->piece & PSURF_SPLIT_FACE)) {
@@ -8599,12 +8726,12 @@ static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t fi
             continue;
         }
         if (k == 3 && psurf__turn(t, i) != groups[k].turn) {
-            psurf__run_group(job, &groups[k], &outputs[k]);
+            psurf__run_group(job, &groups[k], &outputs[k], i);
             groups[k].turn = psurf__turn(t, i);
         }
         psurf__add_facet(job, &groups[k], &outputs[k], i);
     }
-    for (k = 0; k < 4; k++) psurf__run_group(job, &groups[k], &outputs[k]);
+    for (k = 0; k < 4; k++) psurf__run_group(job, &groups[k], &outputs[k], i);
 }
 
 static void psurf__tessellate_kinds(psurf__job *job, uint32_t first_face)
@@ -8880,6 +9007,7 @@ static void psurf__put_probe(const psurf__run *r, uint32_t lane, uint32_t k,
 static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk)
 {
     const psurf__view view = psurf__view_facet(side->patches, side->facet);
+    psurf__ahead ahead[PSURF__AHEADS];
     psurf__group g;
     uint32_t i;
     side->chunk = chunk;
@@ -8890,10 +9018,13 @@ static void psurf__probe_side(psurf__side *side, uint32_t rate, uint32_t chunk)
     g.normals = PSURF__SURFACE;
     g.border_only = 1;
     g.apart = PSURF__ALL_APART;
+    g.fetched = 1;
+    g.ahead = ahead;
     g.aim = NULL;
     g.put = psurf__put_probe;
     g.to = side;
     for (i = 0; i < 8; i++) g.points[i] = view.points;
+    for (i = 0; i < PSURF__AHEADS; i++) ahead[i].at = ahead[i].end = 0;
     psurf__best_kernels()->lattice(&g);
 }
 
