@@ -567,7 +567,8 @@ typedef struct psurf_patches {
 typedef enum psurf_normal_mode {
     PSURF_NORMALS_AVERAGE,              /* mean of the unit normals of the facets around */
     PSURF_NORMALS_AREA,                 /* the same, weighted by area */
-    PSURF_NORMALS_LIMIT,                /* pm's limit points and normals: of the positions too */
+    PSURF_NORMALS_LIMIT,                /* limit points and normals: Catmull and Clark's among
+                                           quads, else pm's. Positions move there too */
     PSURF_NORMALS_COUNT
 } psurf_normal_mode;
 
@@ -683,17 +684,18 @@ typedef struct psurf_points {
    towards it they grow without bound.
    On facet boundaries p comes from the one cubic that both facets share: bit-identical from both
    sides where the edge parameters are exactly s and 1-s.
+   At corners of point-normal patches n is the normal that was given there; second derivatives do
+   not exist and are written as 0.
    No allocation; any number of threads; no pointer but those inside out may be NULL.
-   At corners of point-normal patches n is the normal that was given there; second derivatives do not
-   exist and are written as 0.
    Source: [PM] eqs. 2, 3, 17-19; at a pole the rows are weighted by B_j(v)/(1-v). [PN] 2, [N] 1.1,
    [GB] 2 and (1), (10). */
 PSURF_API void psurf_eval(const psurf_patches *patches, const psurf_sample *samples, uint32_t count,
                           const psurf_points *out);
 
 /* Gaussian and mean curvature at count samples; either output may be NULL. [count] reals each, NaN
-   where curvature does not exist (poles, corners of point-normal patches, vanishing normals). Mean curvature is negative where the
-   surface bends away from its normal (a sphere: mean = -1/r, gauss = 1/r^2).
+   where curvature does not exist (poles, corners of point-normal patches, vanishing normals). Mean
+   curvature is negative where the surface bends away from its normal (a sphere: mean = -1/r,
+   gauss = 1/r^2).
    Samples are treated as in psurf_eval. No allocation; any number of threads. */
 PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample *samples,
                                uint32_t count, psurf_real *gauss, psurf_real *mean);
@@ -734,7 +736,8 @@ typedef struct psurf_tess_out {
    face is cut there. Welded vertices are numbered: one per ring but centres, then rate-1 per edge
    side from the start of its writer on, then the insides face by face. Per face they run
    along corner 0 -> 1 first, then towards the other side; faces of m >= 5 corners sector by sector,
-   their centre last, pieces without the line that the one before has. A face has the same triangles in the same order either way.
+   their centre last, pieces without the line that the one before has. A face has the same triangles
+   in the same order either way.
    Returns PSURF_OK; BAD_DESC for canaries, a rate out of range, unknown flags or NULL; TOO_LARGE
    where numbers do not fit 32 bits (16 bits with PSURF_TESS_INDEX16: at most 65535 vertices, so
    0xFFFF never occurs). No allocation; any number of threads. */
@@ -823,7 +826,7 @@ PSURF_API void psurf_smooth_free(psurf_smooth_mesh *mesh);
 
 PSURF_API const char *psurf_result_string(psurf_result result);     /* static text, never NULL */
 PSURF_API const char *psurf_scheme_name(psurf_scheme scheme);       /* "pm"; NULL if out of range */
-PSURF_API psurf_split psurf_scheme_split(psurf_scheme scheme);      /* what it needs; PM if unknown */
+PSURF_API psurf_split psurf_scheme_split(psurf_scheme scheme);      /* what it needs; else PM */
 PSURF_API const char *psurf_kind_name(psurf_kind kind);             /* "bicubic" ...; or NULL */
 PSURF_API const char *psurf_simd_name(void);    /* the instruction set in use: "avx2", "sse2",
                                                    "neon", "scalar"; all give the same bits */
@@ -2856,6 +2859,7 @@ static psurf__control psurf__control_of(const psurf_patches *p, const psurf_cons
     control.centres = p->scratch ? psurf__centre(p, 0) : NULL;
     control.vertices = p->topology->info.vertices;
     control.blends = desc->blends ? desc->blends : p->topology->blends;
+    if (p->topology->split != PSURF_SPLIT_PM) control.blends = NULL;
     control.normals = desc->normals;
     control.normal_stride = desc->normal_stride ? desc->normal_stride / sizeof(psurf_real) : 3;
     control.normal_mode = desc->normal_mode;
@@ -3166,6 +3170,29 @@ static psurf__v3 psurf__facet_normals(const psurf_topology *t, const psurf__cont
     return sum;
 }
 
+/* Turns pm's tangents at a closed ring of quads, E_k and F_k around, into those of Catmull and
+   Clark's limit, sum of A c_k E_k + (c_k + c_(k+1)) F_k with A = 1 + c + sqrt((1+c)(9+c)), c = c_1:
+   pm has 4 (1+c) in place of A, which is the same where four quads meet. */
+static void psurf__turn_to_limit(const psurf_topology *t, const psurf__control *control,
+                                 const psurf_ring *ring, psurf__ring_frame *frame)
+{
+    const psurf_spoke *spokes = t->spokes + ring->first_spoke;
+    const psurf_trig *rows = t->trig + ring->trig;
+    const psurf__v4 p = psurf__get4(psurf__point_at(control, ring->point));
+    const psurf_real c = rows[2].c;
+    const psurf_real a = 1 + c + psurf__sqrt((1 + c) * (9 + c)) - 4 * (1 + c);
+    const psurf_real scale = rows[0].s * a * PSURF__R(1.0 / 9.0);
+    const uint32_t n = psurf__valence(ring);
+    uint32_t j;
+    for (j = 0; j < n; j++)
+        if (spokes[j].after == spokes[j + 1 == n ? 0 : j + 1].end) return;     /* a triangle */
+    for (j = 0; j < n; j++) {
+        const psurf__v4 e = psurf__offset(control, spokes[j].end, p);
+        frame->t1 = psurf__mad4(frame->t1, scale * rows[1 + j].c, e);
+        frame->t2 = psurf__mad4(frame->t2, scale * rows[1 + j].s, e);
+    }
+}
+
 static psurf__v3 psurf__from4(psurf__v4 a)
 {
     psurf_real p[3];
@@ -3173,7 +3200,7 @@ static psurf__v3 psurf__from4(psurf__v4 a)
     return psurf__get(p);
 }
 
-/* Point and normal of a ring: given, averaged, or pm's ([PN] 1: feed limit data). */
+/* Point and normal of a ring: given, averaged, or of the limit ([PN] 1: feed limit data). */
 static void psurf__point_normal_pass(const psurf_patches *patches, const psurf__control *control,
                                      uint32_t index)
 {
@@ -3184,10 +3211,11 @@ static void psurf__point_normal_pass(const psurf_patches *patches, const psurf__
         const size_t which = t->ring_normals ? t->ring_normals[index] : ring->point;
         n = psurf__unit(psurf__get(control->normals + which * control->normal_stride));
     } else if (control->normal_mode == PSURF_NORMALS_LIMIT) {
+        const int open = (ring->valence & PSURF_RING_OPEN) != 0;
         psurf__v4 d[2];
-        const psurf__ring_frame frame = ring->valence & PSURF_RING_OPEN
-                                       ? psurf__open_frame(t, control, ring, d, NULL)
+        psurf__ring_frame frame = open ? psurf__open_frame(t, control, ring, d, NULL)
                                        : psurf__closed_frame(t, control, ring, NULL);
+        if (!open) psurf__turn_to_limit(t, control, ring, &frame);
         p = psurf__from4(frame.v);
         n = psurf__unit_cross(psurf__from4(frame.t1), psurf__from4(frame.t2));
     }
@@ -4470,7 +4498,8 @@ PSURF_API psurf_patch psurf_get_patch(const psurf_patches *patches, uint32_t ind
    corner i+1, centre. */
 
 enum {
-    PSURF__MAX_SECTORS = 5, PSURF__MAX_POINTS = 31, PSURF__MAX_NET = 16, PSURF__MAX_BLENDS = 12
+    PSURF__MAX_SECTORS = 5, PSURF__MAX_POINTS = 31, PSURF__MAX_NET = 16,
+    PSURF__MAX_TRIANGLE = 25, PSURF__MAX_BLENDS = 12    /* of point-normal triangles */
 };
 
 typedef struct psurf__spot {
@@ -5046,6 +5075,8 @@ typedef struct psurf__kernels {
 #define PSURF__SET_NEON
 #else
 #define PSURF__SET scalar
+#undef PSURF__INLINE                    /* eight numbers each: always inlined they are no faster, */
+#define PSURF__INLINE inline            /* and compilers take minutes instead of seconds */
 #endif
 
 #ifdef PSURF__ONCE
@@ -6136,74 +6167,71 @@ static void PSURF__K(edge_weight)(const PSURF__K(weight) *q, uint32_t i, uint32_
     w->dd[psurf__second[k][k]] = psurf__l_mul(qq[psurf__second[k][k]], f6);
 }
 
-/* Of the inner points of three edges, at their start and end: B1 or B2. */
-static void PSURF__K(inner_weights)(const psurf__lanes t[3], int b2, int second,
-                                    PSURF__K(weight) w[6])
+/* Of an edge's inner points, n = 2 e at its start, 2 e + 1 at its end: B1 or B2. q: see share. */
+static void PSURF__K(inner_weight)(const psurf__lanes t[3], const PSURF__K(weight) *q, uint32_t n,
+                                   int b2, int second, PSURF__K(weight) *w)
 {
-    PSURF__K(weight) q;
+    const uint32_t e = n / 2, b = psurf__following(e, 3);
+    const uint32_t i = n & 1 ? b : e, j = n & 1 ? e : b, k = 3 - i - j;     /* nearer corner: i */
     PSURF__K(form) f;
-    uint32_t e, i, j, k, end;
-    if (b2) PSURF__K(share)(t, second, &q);
-    for (e = 0; e < 6; e++) {
-        end = e & 1;                                    /* the nearer corner i, the other one j */
-        i = end ? psurf__following(e / 2, 3) : e / 2;
-        j = end ? e / 2 : psurf__following(i, 3);
-        k = 3 - i - j;
-        if (b2) {
-            PSURF__K(b2_form)(t[i], t[j], second, &f);
-            PSURF__K(edge_weight)(&q, i, j, k, &f, second, &w[e]);
-        } else {
-            PSURF__K(b1_form)(t[j], t[k], second, &f);
-            PSURF__K(corner_weight)(6, t, i, j, k, &f, second, &w[e]);
-        }
+    if (b2) {
+        PSURF__K(b2_form)(t[i], t[j], second, &f);
+        PSURF__K(edge_weight)(q, i, j, k, &f, second, w);
+    } else {
+        PSURF__K(b1_form)(t[j], t[k], second, &f);
+        PSURF__K(corner_weight)(6, t, i, j, k, &f, second, w);
     }
 }
 
-/* Of the six keys' other points, in the order b210 b120 b201 b021 b102 b012. */
-static void PSURF__K(png1_weights)(const psurf__lanes t[3], int second, PSURF__K(weight) w[6])
+/* Of the six keys' other points, n in the order b210 b120 b201 b021 b102 b012. */
+static void PSURF__K(png1_weight)(const psurf__lanes t[3], uint32_t n, int second,
+                                  PSURF__K(weight) *w)
 {
     static const unsigned char key[6][2] = {{0, 1}, {1, 0}, {0, 2}, {1, 2}, {2, 0}, {2, 1}};
+    const uint32_t i = key[n][0], j = key[n][1], k = 3 - i - j;
     PSURF__K(form) f;
-    uint32_t n;
-    for (n = 0; n < 6; n++) {
-        const uint32_t i = key[n][0], j = key[n][1], k = 3 - i - j;
-        PSURF__K(png1_form)(t[j], t[k], second, &f);
-        PSURF__K(corner_weight)(3, t, i, j, k, &f, second, &w[n]);
+    PSURF__K(png1_form)(t[j], t[k], second, &f);
+    PSURF__K(corner_weight)(3, t, i, j, k, &f, second, w);
+}
+
+/* Of the other edge's points: n = 2 i for the key from corner i towards the next, 2 i + 1 towards
+   the preceding one; and 6 + e for an edge's b111, which [GB] (1) blends. */
+static void PSURF__K(hybrid_weight)(const psurf__lanes t[3], const PSURF__K(weight) *q, uint32_t n,
+                                    int second, PSURF__K(weight) *w)
+{
+    const uint32_t i = n < 6 ? n / 2 : n - 6, next = psurf__following(i, 3);
+    const uint32_t last = psurf__preceding(i, 3), j = n < 6 && n & 1 ? last : next, k = 3 - i - j;
+    PSURF__K(form) f;
+    if (n < 6) {
+        PSURF__K(hybrid_form)(t[j], t[k], second, &f);
+        PSURF__K(corner_weight)(3, t, i, j, k, &f, second, w);
+    } else {
+        PSURF__K(product_form)(t[i], t[j], second, &f);
+        PSURF__K(edge_weight)(q, i, j, k, &f, second, w);
     }
 }
 
-/* Of the other edge's points: per corner k the key towards the next, then that towards the
-   preceding one; and of the three inner points, whose b111 are blended as [GB] (1) has it. */
-static void PSURF__K(hybrid_weights)(const psurf__lanes t[3], int second, PSURF__K(weight) w[9])
+/* The weight of blend n of a kind; second derivatives if asked for. q: see share. */
+static void PSURF__K(blend_weight)(psurf_kind kind, const psurf__lanes t[3],
+                                   const PSURF__K(weight) *q, uint32_t n, int second,
+                                   PSURF__K(weight) *w)
+{
+    if (kind == PSURF_HYBRID_TRI) PSURF__K(hybrid_weight)(t, q, n, second, w);
+    else if (kind != PSURF_PNG1_TRI)
+        PSURF__K(inner_weight)(t, q, n, kind == PSURF_RIBBON_B2, second, w);
+    else if (n < 6) PSURF__K(png1_weight)(t, n, second, w);
+    else PSURF__K(inner_weight)(t, q, n - 6, 1, second, w);
+}
+
+/* The weights of all blends. */
+static PSURF__INLINE void PSURF__K(blend_weights)(psurf_kind kind, const psurf__lanes t[3],
+                                                  int second, PSURF__K(weight) *w)
 {
     PSURF__K(weight) q;
-    PSURF__K(form) f;
-    uint32_t i, next, last;
+    uint32_t n;
     PSURF__K(share)(t, second, &q);
-    for (i = 0; i < 3; i++) {
-        next = psurf__following(i, 3);
-        last = psurf__preceding(i, 3);
-        PSURF__K(hybrid_form)(t[next], t[last], second, &f);
-        PSURF__K(corner_weight)(3, t, i, next, last, &f, second, &w[2 * i]);
-        PSURF__K(hybrid_form)(t[last], t[next], second, &f);
-        PSURF__K(corner_weight)(3, t, i, last, next, &f, second, &w[2 * i + 1]);
-        PSURF__K(product_form)(t[i], t[next], second, &f);
-        PSURF__K(edge_weight)(&q, i, next, last, &f, second, &w[6 + i]);
-    }
-}
-
-/* The weights of all blends of a kind; second derivatives if asked for. */
-static void PSURF__K(blend_weights)(psurf_kind kind, const psurf__lanes t[3], int second,
-                                    PSURF__K(weight) *w)
-{
-    if (kind == PSURF_HYBRID_TRI) {
-        PSURF__K(hybrid_weights)(t, second, w);
-    } else if (kind == PSURF_PNG1_TRI) {
-        PSURF__K(png1_weights)(t, second, w);
-        PSURF__K(inner_weights)(t, 1, second, w + 6);
-    } else {
-        PSURF__K(inner_weights)(t, kind == PSURF_RIBBON_B2, second, w);
-    }
+    for (n = 0; n < psurf__blend_count(kind); n++)
+        PSURF__K(blend_weight)(kind, t, &q, n, second, &w[n]);
 }
 
 /* Stored points with positions relative to the first; normals and the like stay what they are. */
@@ -6226,15 +6254,18 @@ static void PSURF__K(base_net)(psurf_kind kind, const psurf__l3 *local, psurf__l
         else psurf__l3_put(&net[k], local[row->net[k]]);
 }
 
-static void PSURF__K(blend_points)(psurf_kind kind, const psurf__l3 *local, psurf__l3 *x)
+static psurf__l3 PSURF__K(blend_point)(psurf_kind kind, const psurf__l3 *local, uint32_t n)
 {
-    const psurf__net_row *row = psurf__kinds[kind].net;
+    const unsigned char *blend = psurf__kinds[kind].net->blend[n];
+    const psurf__l3 zero = psurf__l3_zero();
+    return psurf__l3_sub(local[blend[0]], blend[1] == PSURF__ORIGIN ? zero : local[blend[1]]);
+}
+
+static PSURF__INLINE void PSURF__K(blend_points)(psurf_kind kind, const psurf__l3 *local,
+                                                 psurf__l3 *x)
+{
     uint32_t n;
-    for (n = 0; n < row->blends; n++) {
-        const uint32_t to = row->blend[n][0], from = row->blend[n][1];
-        if (from == PSURF__ORIGIN) psurf__l3_put(&x[n], local[to]);
-        else x[n] = psurf__l3_sub(local[to], local[from]);
-    }
+    for (n = 0; n < psurf__blend_count(kind); n++) x[n] = PSURF__K(blend_point)(kind, local, n);
 }
 
 /* A cubic triangle; order: how many derivatives. u = weight of corner 1, v = weight of corner 2. */
@@ -6302,16 +6333,16 @@ static PSURF__INLINE void PSURF__K(add_blend)(const PSURF__K(weight) *w, psurf__
 static void PSURF__K(triangle_jet)(psurf_kind kind, const psurf__l3 *local,
                                    const psurf__lanes t[3], int second, PSURF__K(jet) *jet)
 {
-    const uint32_t count = psurf__blend_count(kind);
-    PSURF__K(weight) w[PSURF__MAX_BLENDS];
-    psurf__l3 net[10], x[PSURF__MAX_BLENDS];
+    PSURF__K(weight) q, w;
+    psurf__l3 net[10];
     uint32_t n;
     PSURF__K(base_net)(kind, local, net);
     PSURF__K(net_jet)(net, t, second ? 2 : 1, jet);
-    if (count == 0) return;
-    PSURF__K(blend_points)(kind, local, x);
-    PSURF__K(blend_weights)(kind, t, second, w);
-    for (n = 0; n < count; n++) PSURF__K(add_blend)(&w[n], x[n], second, jet);
+    PSURF__K(share)(t, second, &q);
+    for (n = 0; n < psurf__blend_count(kind); n++) {
+        PSURF__K(blend_weight)(kind, t, &q, n, second, &w);
+        PSURF__K(add_blend)(&w, PSURF__K(blend_point)(kind, local, n), second, jet);
+    }
 }
 
 /* ---- smoothed N-patches: curves from an edge to the opposite corner ----
@@ -6337,32 +6368,34 @@ typedef struct PSURF__K(lift) {
     psurf__l3 v, d[3], dd[6];
 } PSURF__K(lift);
 
-/* From points as they are stored. */
-static void PSURF__K(open_smoothed)(const psurf__l3 *stored, PSURF__K(smoothed) *s)
+/* From local points. */
+static void PSURF__K(open_smoothed)(const psurf__l3 *local, PSURF__K(smoothed) *s)
 {
     const psurf__kind_row *row = &psurf__kinds[PSURF_NPATCH];
     const psurf__lanes thirds[4] = {psurf__l_all(0), psurf__l_all(PSURF__R(1.0 / 3.0)),
                                     psurf__l_all(PSURF__R(2.0 / 3.0)), psurf__l_all(1)};
     uint32_t k, l, at = 0;
     for (k = 0; k < 3; k++) {
-        s->corner[k] = psurf__l3_sub(stored[row->edge[k][0]], stored[0]);
-        psurf__l3_put(&s->normal[k], stored[row->normal[k]]);
+        psurf__l3_put(&s->corner[k], local[row->edge[k][0]]);
+        psurf__l3_put(&s->normal[k], local[row->normal[k]]);
     }
     for (l = 0; l < 4; l++)
         for (k = 0; k + l < 4; k++, at++) {
             const psurf__l3 flat = psurf__l3_mix(thirds[k], s->corner[1], thirds[l], s->corner[2]);
-            s->bend[at] = psurf__l3_sub(psurf__l3_sub(stored[at], stored[0]), flat);
+            s->bend[at] = psurf__l3_sub(local[at], flat);
         }
     s->bend[0] = s->bend[3] = s->bend[9] = psurf__l3_zero();
     for (k = 0; k < 3; k++) {
         const psurf__l3 chord = psurf__l3_sub(s->corner[psurf__following(k, 3)], s->corner[k]);
-        s->least[k] = psurf__l_add(psurf__l_all(PSURF__R(1e-30)),
-                                   psurf__l_mul(psurf__l_all(PSURF__R(1e-12)),
-                                                psurf__l3_dot(chord, chord)));
+        const psurf__l3 b0 = s->bend[row->edge[k][1]], b1 = s->bend[row->edge[k][2]];
+        const psurf__lanes bends = psurf__l_add(psurf__l3_dot(b0, b0), psurf__l3_dot(b1, b1));
+        const psurf__lanes size = psurf__l_add(psurf__l3_dot(chord, chord), bends);
+        s->least[k] = psurf__l_add(psurf__l_mul(psurf__l_all(PSURF__R(1e-12)), size),
+                                   psurf__l_all(PSURF__R(1e-30)));
     }
-    s->flat[0] = stored[16].x, s->flat[1] = stored[16].y, s->flat[2] = stored[16].z;
-    s->turned[0] = stored[17].x, s->turned[1] = stored[17].y, s->turned[2] = stored[17].z;
-    s->counts = stored[18].x, s->drawn = stored[18].y;
+    s->flat[0] = local[16].x, s->flat[1] = local[16].y, s->flat[2] = local[16].z;
+    s->turned[0] = local[17].x, s->turned[1] = local[17].y, s->turned[2] = local[17].z;
+    s->counts = local[18].x, s->drawn = local[18].y;
 }
 
 /* An edge's curve above its chord, from its two bends, and derivatives by tau; rest = 1 - tau. */
@@ -6537,12 +6570,12 @@ static PSURF__INLINE void PSURF__K(edge_share)(psurf__lanes a, psurf__lanes b, p
     g->dd[2] = psurf__l_add(psurf__l_sub(by_cc, by_ac), psurf__l_sub(by_aa, by_ac));
 }
 
-/* How far an edge is from being flat: 1 - bf, [N] 1.1.10; bl: how far inside. */
-static PSURF__INLINE psurf__lanes PSURF__K(openness)(const PSURF__K(smoothed) *p, uint32_t e,
-                                                     psurf__lanes bl)
+/* How far an edge is from being flat: 1 - bf, [N] 1.1.10, of bf before it is capped; counts: 0
+   where flatness does not. */
+static PSURF__INLINE psurf__lanes PSURF__K(openness)(psurf__lanes bf, psurf__lanes counts)
 {
-    const psurf__lanes one = psurf__l_all(1), full = psurf__l_add(p->flat[e], bl);
-    return PSURF__K(rest)(psurf__l_mul(p->counts, psurf__l_select(one, full, full, one)));
+    const psurf__lanes one = psurf__l_all(1);
+    return PSURF__K(rest)(psurf__l_mul(counts, psurf__l_select(one, bf, bf, one)));
 }
 
 /* The weight of P_e: g (1 - bf) (1 - drawn bl), bl = 27 t0 t1 t2. r as edge_share has it. */
@@ -6650,7 +6683,7 @@ static PSURF__INLINE void PSURF__K(sum_edges)(const PSURF__K(smoothed) *p, const
     uint32_t e;
     PSURF__K(clear_lift)(order, sum);
     for (e = 0; e < 3; e++) {
-        const psurf__lanes open = PSURF__K(openness)(p, e, bl);
+        const psurf__lanes open = PSURF__K(openness)(psurf__l_add(p->flat[e], bl), p->counts);
         PSURF__K(edge_lift) x;
         PSURF__K(form) w;
         if (!psurf__l_greater(open, zero)) continue;
@@ -6711,27 +6744,40 @@ static PSURF__INLINE void PSURF__K(npatch)(const PSURF__K(smoothed) *p, const ps
     PSURF__K(finish_lift)(p, t, order, &sum, jet);
 }
 
-static void PSURF__K(npatch_jet)(const psurf__l3 *stored, const psurf__lanes t[3], int second,
-                                 PSURF__K(jet) *jet)
+/* Points of all lanes, less the first of them, which is returned. */
+static psurf__l3 PSURF__K(local_points)(const psurf__batch *b, psurf__l3 *local)
 {
-    PSURF__K(smoothed) open;
-    PSURF__K(open_smoothed)(stored, &open);
-    if (second) PSURF__K(npatch)(&open, t, 2, jet);
-    else PSURF__K(npatch)(&open, t, 1, jet);
+    psurf__l3 origin;
+    PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, local);
+    psurf__l3_put(&origin, local[0]);
+    PSURF__K(localise)(b->kind, local, local);
+    return origin;
 }
 
-static void PSURF__K(point_normal_jet)(const psurf__batch *b, const psurf__lanes *t, int second,
-                                       PSURF__K(jet) *jet)
+static psurf__l3 PSURF__K(open_batch)(const psurf__batch *b, PSURF__K(smoothed) *p)
 {
-    psurf__l3 points[PSURF__MAX_POINTS], origin;
-    PSURF__K(points)(b->points, psurf__kind_table[b->kind].points, points);
-    psurf__l3_put(&origin, points[0]);
-    if (b->kind == PSURF_NPATCH) {
-        PSURF__K(npatch_jet)(points, t, second, jet);
-    } else {
-        PSURF__K(localise)(b->kind, points, points);
-        PSURF__K(triangle_jet)(b->kind, points, t, second, jet);
-    }
+    psurf__l3 local[PSURF__MAX_TRIANGLE];
+    const psurf__l3 origin = PSURF__K(local_points)(b, local);
+    PSURF__K(open_smoothed)(local, p);
+    return origin;
+}
+
+static void PSURF__K(npatch_jet)(const psurf__batch *b, const psurf__lanes t[3], int second,
+                                 PSURF__K(jet) *jet)
+{
+    PSURF__K(smoothed) p;
+    const psurf__l3 origin = PSURF__K(open_batch)(b, &p);
+    if (second) PSURF__K(npatch)(&p, t, 2, jet);
+    else PSURF__K(npatch)(&p, t, 1, jet);
+    jet->p = psurf__l3_add(jet->p, origin);
+}
+
+static void PSURF__K(rational_jet)(const psurf__batch *b, const psurf__lanes t[3], int second,
+                                   PSURF__K(jet) *jet)
+{
+    psurf__l3 local[PSURF__MAX_TRIANGLE];
+    const psurf__l3 origin = PSURF__K(local_points)(b, local);
+    PSURF__K(triangle_jet)(b->kind, local, t, second, jet);
     jet->p = psurf__l3_add(jet->p, origin);
 }
 
@@ -6790,8 +6836,10 @@ static void PSURF__K(batch_jet)(const psurf__batch *b, const psurf__lanes w[4], 
                                 PSURF__K(jet) *jet)
 {
     psurf__l3 net[PSURF__MAX_NET], centre;
-    if (psurf__kinds[b->kind].net) {
-        PSURF__K(point_normal_jet)(b, w, second, jet);
+    if (b->kind == PSURF_NPATCH) {
+        PSURF__K(npatch_jet)(b, w, second, jet);
+    } else if (psurf__kinds[b->kind].net) {
+        PSURF__K(rational_jet)(b, w, second, jet);
     } else if (b->kind == PSURF_BICUBIC || b->kind == PSURF_PN_QUAD) {
         PSURF__K(points)(b->points, 16, net);
         PSURF__K(bicubic_jet)(net, w, second, jet);
@@ -6861,25 +6909,23 @@ static unsigned PSURF__K(jets)(const psurf__batch *b, int second, psurf__jet jet
 }
 
 /* How far an N-patch leaves the hull of its ten points. It is a mean of N, which does not, and of
-   the P_e, with weights up to g_e (1 - bf). A P_e lies on a PN curve from a point of its edge to the
-   opposite corner: on the line between the two, which does not, and away from it by s^2 t (d.m) m
-   and s t^2 (d.n) n, together at most s t |d|, a quarter of the way. */
+   the P_e, with weights up to g_e (1 - bf). A P_e lies on a PN curve from a point of its edge to
+   the opposite corner: on the line between the two, which does not, and away from it by
+   s^2 t (d.m) m and s t^2 (d.n) n, together at most s t |d|, a quarter of the way. */
 static psurf__lanes PSURF__K(npatch_reach)(const psurf__l3 *stored)
 {
     const psurf__kind_row *row = &psurf__kinds[PSURF_NPATCH];
+    const psurf__lanes flat[3] = {stored[16].x, stored[16].y, stored[16].z};
     psurf__lanes reach = psurf__l_all(0), far_off, open;
-    PSURF__K(smoothed) p;
     uint32_t e, k;
-    PSURF__K(open_smoothed)(stored, &p);
     for (e = 0; e < 3; e++) {
-        const unsigned char *places = row->edge[e];
-        const uint32_t opposite = row->edge[psurf__preceding(e, 3)][0];
+        const psurf__l3 corner = stored[row->edge[psurf__preceding(e, 3)][0]];
         far_off = psurf__l_all(0);
         for (k = 0; k < 4; k++) {
-            const psurf__l3 d = psurf__l3_sub(stored[places[k]], stored[opposite]);
+            const psurf__l3 d = psurf__l3_sub(stored[row->edge[e][k]], corner);
             far_off = psurf__l_max(far_off, psurf__l3_dot(d, d));
         }
-        open = PSURF__K(openness)(&p, e, psurf__l_all(0));
+        open = PSURF__K(openness)(flat[e], stored[18].x);
         far_off = psurf__l_mul(psurf__l_sqrt(far_off), psurf__l_all(PSURF__R(0.25)));
         reach = psurf__l_max(reach, psurf__l_mul(far_off, open));
     }
@@ -7153,7 +7199,7 @@ static void PSURF__K(open_triangle)(PSURF__K(facets) *f, const psurf__group *g)
     PSURF__K(edge)(a + e[1][0], a + e[1][1], a + e[1][2], a + e[1][3], f->sides[1]);
     PSURF__K(base_net)(g->kind, f->local, net);
     PSURF__K(blend_points)(g->kind, f->local, f->blends);
-    if (g->kind == PSURF_NPATCH) PSURF__K(open_smoothed)(f->points, &f->smoothed);
+    if (g->kind == PSURF_NPATCH) PSURF__K(open_smoothed)(f->local, &f->smoothed);
     PSURF__K(cubic_row)(net, 0, f->rows);
     PSURF__K(quadratic_row)(net + 4, 1, f->rows);
     PSURF__K(linear_row)(net + 7, 2, f->rows);
@@ -7333,6 +7379,7 @@ static void PSURF__K(triangle_line)(const PSURF__K(facets) *f, const psurf__run 
     line->w[0] = PSURF__K(sum)(at.q[0], f->steps[0], 3);
     line->w[1] = PSURF__K(sum)(at.q[1], f->steps[1], 2);
     psurf__l3_put(&line->w[2], f->steps[2][0]);
+    line->w[3] = psurf__l3_zero();
     psurf__l3_put(&line->u[0], p[1]);
     line->u[1] = psurf__l3_mul(p[2], psurf__l_all(2));
     line->u[2] = psurf__l3_mul(p[3], psurf__l_all(3));
@@ -7555,7 +7602,7 @@ static PSURF__INLINE void PSURF__K(blend)(const PSURF__K(blended) *weights, uint
     psurf__l3_put(&s->w, w);
 }
 
-/* The same of triangles: a cubic, and what is blended into it. */
+/* The same of triangles: a cubic, and what is blended into it. They have no shading normals. */
 static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PSURF__K(line) *line,
                                                    const PSURF__K(distances) *x, uint32_t k0,
                                                    uint32_t k1, uint32_t blends, int normals,
@@ -7567,22 +7614,19 @@ static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PS
     uint32_t k, i = 0;
     for (k = k0; k < k1; k++, i = (i + 1) % 8) {
         const psurf__lanes h = psurf__l_all(x->h[k - k0]), hh = psurf__l_all(x->hh[k - k0]);
-        if (blends && i == 0) PSURF__K(weigh)(r, k, &forth, &back);
+        if (i == 0) PSURF__K(weigh)(r, k, &forth, &back);
         PSURF__K(both_sides)(line->p, 3, h, hh, &first.p, &last.p);
         PSURF__K(fetch_ahead)(&r->group->ahead[k & 1 ? PSURF__AHEAD_ODD : PSURF__AHEAD_EVEN]);
         first.u = last.u = first.w = last.w = first.p;
         if (normals) PSURF__K(both_sides)(line->w, 2, h, hh, &first.w, &last.w);
-        if (normals == PSURF__SURFACE)
-            PSURF__K(both_sides)(line->u, 2, h, hh, &first.u, &last.u);
-        if (blends) {
-            PSURF__K(blend)(&forth, i, f->blends, blends, &first);
-            PSURF__K(blend)(&back, i, f->blends, blends, &last);
-        }
+        if (normals) PSURF__K(both_sides)(line->u, 2, h, hh, &first.u, &last.u);
+        PSURF__K(blend)(&forth, i, f->blends, blends, &first);
+        PSURF__K(blend)(&back, i, f->blends, blends, &last);
         if (k == 0) {
             psurf__l3_put(&first.p, *line->ends[0]);
             psurf__l3_put(&last.p, *line->ends[1]);
         } else if (r->edge) {                           /* nothing is blended in on an edge */
-            if (blends) PSURF__K(both_sides)(line->p, 3, h, hh, &first.p, &last.p);
+            PSURF__K(both_sides)(line->p, 3, h, hh, &first.p, &last.p);
         } else {
             first.p = psurf__l3_add(f->origin, first.p);
             last.p = psurf__l3_add(f->origin, last.p);
@@ -7591,11 +7635,9 @@ static PSURF__INLINE void PSURF__K(triangle_pairs)(const psurf__run *r, const PS
             PSURF__K(put_corners)(r, line, first.p, last.p, cursors);
             continue;
         }
-        PSURF__K(write)(r, line, k, first.p, first.u, first.w, normals, normals == PSURF__SHADING,
-                        &cursors[0]);
+        PSURF__K(write)(r, line, k, first.p, first.u, first.w, normals, 0, &cursors[0]);
         if (2 * k != r->n)
-            PSURF__K(write)(r, line, r->n - k, last.p, last.u, last.w, normals,
-                            normals == PSURF__SHADING, &cursors[1]);
+            PSURF__K(write)(r, line, r->n - k, last.p, last.u, last.w, normals, 0, &cursors[1]);
     }
 }
 
@@ -7603,14 +7645,9 @@ static void PSURF__K(triangle_samples)(const psurf__run *r, const PSURF__K(line)
                                        const PSURF__K(distances) *x, uint32_t k0, uint32_t k1,
                                        psurf__cursor cursors[2])
 {
-    const uint32_t n = psurf__blend_count(r->group->kind);
-    switch ((n ? 3 : 0) + (int)r->group->normals) {
-    case 0: PSURF__K(triangle_pairs)(r, line, x, k0, k1, 0, PSURF__NO_NORMALS, cursors); return;
-    case 1: PSURF__K(triangle_pairs)(r, line, x, k0, k1, 0, PSURF__SURFACE, cursors); return;
-    case 2: PSURF__K(triangle_pairs)(r, line, x, k0, k1, 0, PSURF__SHADING, cursors); return;
-    case 3: PSURF__K(triangle_pairs)(r, line, x, k0, k1, n, PSURF__NO_NORMALS, cursors); return;
-    default: PSURF__K(triangle_pairs)(r, line, x, k0, k1, n, PSURF__SURFACE, cursors);
-    }
+    const uint32_t blends = psurf__blend_count(r->group->kind);
+    if (r->group->normals) PSURF__K(triangle_pairs)(r, line, x, k0, k1, blends, 1, cursors);
+    else PSURF__K(triangle_pairs)(r, line, x, k0, k1, blends, 0, cursors);
 }
 
 /* The same of smoothed N-patches, whose blended normals are made unit length: sample by sample.
@@ -7668,7 +7705,8 @@ static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *lin
                                   uint32_t k1, psurf__cursor cursors[2])
 {
     const psurf_kind kind = r->group->kind;
-    const int which = kind == PSURF_NPATCH ? 12 : psurf__kinds[kind].net ? 13
+    const int blended = psurf__kinds[kind].net && psurf__blend_count(kind) > 0;
+    const int which = kind == PSURF_NPATCH ? 12 : blended ? 13
                     : (r->tensor ? 0 : 6) + (r->edge ? 3 : 0) + (int)r->group->normals;
     PSURF__K(distances) x;
     uint32_t k;
@@ -8226,7 +8264,7 @@ PSURF_API const char *psurf_simd_name(void) { return psurf__best_kernels()->name
 
 typedef struct psurf__lattice {
     const psurf_topology *topology;
-    const psurf_corner *corners;        /* of the face, each the first of step; unless apex counts */
+    const psurf_corner *corners;        /* of the face, each the first of step; but for fans */
     uint32_t face, size, rate, step;
     uint32_t apex;                      /* of faces that are split there, else PSURF_NONE */
     uint32_t edge_base;                 /* welded: number of the first edge sample */
@@ -8704,8 +8742,8 @@ static void psurf__write_split_face(const psurf__job *job, uint32_t face)
     }
 }
 
-/* Facets filed under a kind. Whole faces of each turn, and pieces of split ones, gather in groups of
-   their own. */
+/* Facets filed under a kind. Whole faces of each turn, and pieces of split ones, gather in groups
+   of their own. */
 static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t first_face)
 {
     const psurf_topology *t = job->patches->topology;
@@ -9184,7 +9222,7 @@ static void psurf__check_edge(const psurf_patches *patches, const psurf__control
     ends[0] = &t->corners[corners.corner];
     ends[1] = &t->corners[corners.other];
     sharp = ((ends[0]->edge ^ ends[1]->edge) & ~PSURF_WRITER) != 0 ||
-            (control->blends && t->split == PSURF_SPLIT_PM && (control->blends[ends[0]->spoke] <= 0 ||
+            (control->blends && (control->blends[ends[0]->spoke] <= 0 ||
                                  control->blends[ends[1]->spoke] <= 0));
     degenerate = psurf__is_degenerate(t, control, &a) || psurf__is_degenerate(t, control, &b) ||
                  psurf__distance(psurf__corner_position(t, control, corners.corner),

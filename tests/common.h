@@ -952,7 +952,8 @@ static UNUSED mesh make_marked(void)
 
 typedef struct surface {
     uint32_t *sizes, *vertices, *first;         /* first: corner of each face in vertices */
-    psurf_real *positions;
+    psurf_real *positions, *normals;
+    psurf_scheme scheme;
     psurf_mesh_desc desc;
     psurf_topology *topology;
     psurf_info info;
@@ -995,7 +996,7 @@ static UNUSED void surface_describe(surface *s, const mesh *m)
     s->construct.positions = s->positions;
 }
 
-/* Builds the topology of what is described and the patches. */
+/* Builds the topology of what is described and the patches, by default of pm. */
 static UNUSED void surface_make(surface *s)
 {
     psurf_error error;
@@ -1006,10 +1007,10 @@ static UNUSED void surface_make(surface *s)
             (unsigned)error.other);
     psurf_topology_info(s->topology, &s->info);
     psurf_topology_tables(s->topology, &s->tables);
-    REQUIRE(psurf_patches_size(s->topology, PSURF_PM, &layout) == PSURF_OK, "size\n");
+    REQUIRE(psurf_patches_size(s->topology, s->scheme, &layout) == PSURF_OK, "size\n");
     s->memory = (char *)grab(layout.patch_bytes, 1);
     s->scratch = (char *)grab(layout.scratch_bytes, 1);
-    REQUIRE(psurf_patches_bind(&s->patches, s->topology, PSURF_PM, s->memory, s->scratch)
+    REQUIRE(psurf_patches_bind(&s->patches, s->topology, s->scheme, s->memory, s->scratch)
                 == PSURF_OK, "bind\n");
     REQUIRE(psurf_construct(&s->patches, &s->construct) == PSURF_OK, "construct\n");
 }
@@ -1027,6 +1028,7 @@ static UNUSED void surface_free(surface *s)
     free(s->first);
     free(s->vertices);
     free(s->positions);
+    free(s->normals);
     free(s->memory);
     free(s->scratch);
     memset(s, 0, sizeof *s);

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Turns a golden JSON file of the Pm scheme (pm_*.json) into the text that test_golden.c reads.
+"""Turns a golden JSON file into the text that test_golden.c (pm_*.json) or test_schemes.c (the
+point-normal schemes, all others) reads.
 
 usage: convert.py in.json > out.txt
 
-Samples of the JSON are parameters of the patch; those of the text are parameters of the face, as
+Of pm, samples of the JSON are parameters of the patch; those of the text are parameters of the face, as
 psurf_sample defines them: weights of corners 1 and 2 of a triangle, the unit square of a quad,
 (sector, weight of corner sector, weight of corner sector + 1) from five corners on. Numbers keep
 all 17 significant digits. Sections, each with its count of rows:
@@ -17,6 +18,16 @@ all 17 significant digits. Sections, each with its count of rows:
                      per facet its f
   patches N          face, piece of a split face, kind, points; the points
   samples N          face, sector, u, v, position, normal
+
+Of the point-normal schemes a file has cases, each with samples of whole faces:
+
+  cases N
+  case NAME
+  mesh V F           as above
+  normals N          N unit normals
+  face_normals N     0: a corner has its vertex's normal; else, per face, the normals of its corners
+  samples N          face, u, v, position, normal; 1 and the shading normal, or 0; 1 and the
+                     Gaussian curvature, or 0
 """
 import json
 import sys
@@ -26,6 +37,14 @@ SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
 
 def text(values):
     return " ".join(repr(float(v)) for v in values)
+
+
+def write_mesh(vertices, faces):
+    print("mesh", len(vertices), len(faces))
+    for vertex in vertices:
+        print(text(vertex))
+    for face in faces:
+        print(len(face), *face)
 
 
 def weights_in_patch(kind, size, start, sample):
@@ -117,11 +136,7 @@ class Golden:
     def write(self):
         data = self.data
         print("golden", data["name"])
-        print("mesh", len(data["vertices"]), len(self.faces))
-        for vertex in data["vertices"]:
-            print(text(vertex))
-        for face in self.faces:
-            print(len(face), *face)
+        write_mesh(data["vertices"], self.faces)
         print("alpha", repr(data["default_alpha"]))
         for title, key in (("blends", "alpha"), ("hard", "hard_edges")):
             print(title, len(data.get(key, [])))
@@ -150,8 +165,33 @@ class Golden:
             print(sample["face"], sector, text((u, v)), text(sample["p"]), text(sample["n"]))
 
 
+def write_cases(data):
+    print("schemes", data["scheme"])
+    print("cases", len(data["cases"]))
+    for case in data["cases"]:
+        print("case", case["name"])
+        write_mesh(case["V"], case["F"])
+        print("normals", len(case["N"]))
+        for normal in case["N"]:
+            print(text(normal))
+        print("face_normals", len(case.get("FN", [])))
+        for row in case.get("FN", []):
+            print(*row)
+        print("samples", len(case["samples"]))
+        for sample in case["samples"]:
+            place = sample["st"] if "st" in sample else sample["b"][1:]
+            parts = [text(place), text(sample["p"]), text(sample["n"])]
+            parts += ["1 " + text(sample["shading_n"]) if "shading_n" in sample else "0"]
+            parts += ["1 " + text([sample["K"]]) if "K" in sample else "0"]
+            print(sample["f"], *parts)
+
+
 if __name__ == "__main__":
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     with open(sys.argv[1], encoding="utf-8") as source:
-        Golden(json.load(source)).write()
+        golden = json.load(source)
+    if "cases" in golden:
+        write_cases(golden)
+    else:
+        Golden(golden).write()
