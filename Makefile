@@ -53,8 +53,12 @@ DEMOS := $(MESHES:examples/meshes/%.obj=build/demo/%.glb)
 
 tool: $(TOOL)
 
+# The library in float with all commands but one, and in double with the command report.
+$(TOOL): build/report.o
 $(TOOL): examples/patchsurf.c | build $(AFTER_DEPS)
-	$(call COMPILE,$(CFLAGS) $(WARNINGS),-lm)
+	$(call COMPILE,$(CFLAGS) $(WARNINGS),build/report.o -lm)
+build/report.o: examples/report.c | build $(AFTER_DEPS)
+	$(call COMPILE,$(CFLAGS) $(WARNINGS) -c)
 
 build/demo/%.glb: examples/meshes/%.obj $(TOOL) | build/demo
 	@$(TOOL) tessellate --quiet $< -o $@
@@ -134,8 +138,11 @@ $(eval $(call TEST_BUILD,build/,_NO_AVX2,$$(CFLAGS) -DPSURF_NO_AVX2))
 $(eval $(call TEST_BUILD,build/,_NO_SIMD,$$(CFLAGS) -DPSURF_NO_SIMD))
 $(eval $(call TEST_BUILD,build/san/,,-O1 $$(SANITIZE)))
 $(eval $(call TEST_BUILD,build/san/,_double,-O1 $$(SANITIZE) -DPSURF_REAL=double))
+build/san/patchsurf: build/san/report.o
 build/san/patchsurf: examples/patchsurf.c | build/san $(AFTER_DEPS)
-	$(call COMPILE,-O1 $(SANITIZE) $(WARNINGS),-lm)
+	$(call COMPILE,-O1 $(SANITIZE) $(WARNINGS),build/san/report.o -lm)
+build/san/report.o: examples/report.c | build/san $(AFTER_DEPS)
+	$(call COMPILE,-O1 $(SANITIZE) $(WARNINGS) -c)
 
 # Instruction sets whose quotients are estimates: other bits, which test_hash must find.
 ESTIMATE_avx2 := s/_mm256_div_ps(a, b)/_mm256_mul_ps(a, _mm256_rcp_ps(b))/

@@ -1,12 +1,13 @@
 /* patchsurf: smooth surfaces from polygon meshes, on the command line.
 
-       cc -O2 patchsurf.c -o patchsurf -lm
+       cc -O2 patchsurf.c report.c -o patchsurf -lm
        ./patchsurf --help
 
    From top to bottom: messages, memory, the readers of OBJ and PLY, the surface, output files, the
    writers, one function per command, the command line. A problem with the input ends the program in
    fail(): one line that names the file, the line and the cause, exit status 2, and no output file.
-   Numbers are read and written by libc in the "C" locale: nothing here calls setlocale(). */
+   Numbers are read and written by libc in the "C" locale: nothing here calls setlocale().
+   report.c has the command report, in double precision; ELF programs link without it as well. */
 
 #ifndef _WIN32
 #define _POSIX_C_SOURCE 200809L         /* isatty, fileno, stat */
@@ -18,8 +19,6 @@
 #include <math.h>
 #include <signal.h>
 #include <stdarg.h>
-#include <stdbool.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -36,14 +35,8 @@
 
 #define PSURF_IMPLEMENTATION
 #include "../patchsurf.h"
+#include "tool.h"
 
-#if defined(__GNUC__) || defined(__clang__)
-#define PRINTF_LIKE(at, values) __attribute__((format(printf, at, values)))
-#define NORETURN __attribute__((noreturn))
-#else
-#define PRINTF_LIKE(at, values)
-#define NORETURN
-#endif
 #ifndef S_ISREG
 #define S_ISREG(mode) (((mode) & S_IFMT) == S_IFREG)
 #endif
@@ -52,8 +45,6 @@
 #define TEXT(x) TEXT_OF(x)
 #define PROGRAM "patchsurf " TEXT(PSURF_VERSION_MAJOR) "." TEXT(PSURF_VERSION_MINOR) "." \
                 TEXT(PSURF_VERSION_PATCH)
-
-enum { EXIT_CHECK = 1, EXIT_BAD = 2 };
 
 /* ---- messages -------------------------------------------------------------------------------- */
 
@@ -69,8 +60,7 @@ static void clear_bar(void)
     bar.shown = false;
 }
 
-/* Called often during long work; draws on a terminal at most ten times a second. */
-static void progress(uint64_t done, uint64_t total)
+void progress(uint64_t done, uint64_t total)
 {
     static const char full[] = "########################################";
     const int width = (int)(sizeof full - 1);
@@ -94,9 +84,7 @@ static PRINTF_LIKE(4, 0) void print_message(const char *name, uint32_t line, con
     fputc('\n', stderr);
 }
 
-/* Ends the program. line 0: the message is not about a line. */
-static NORETURN PRINTF_LIKE(3, 4) void fail(const char *name, uint32_t line,
-                                            const char *format, ...)
+void fail(const char *name, uint32_t line, const char *format, ...)
 {
     va_list values;
     va_start(values, format);
@@ -128,17 +116,14 @@ static void on_signal(int number)
 
 /* ---- memory ---------------------------------------------------------------------------------- */
 
-static void *resize(void *memory, size_t count, size_t size)
+void *resize(void *memory, size_t count, size_t size)
 {
     void *result = count > SIZE_MAX / size ? NULL : realloc(memory, count ? count * size : 1);
     if (!result) fail("patchsurf", 0, "out of memory");
     return result;
 }
 
-typedef struct array { void *data; size_t count, room; } array;
-
-/* A new element at the end; all elements of an array have the same size. */
-static void *push(array *a, size_t size)
+void *push(array *a, size_t size)
 {
     if (a->count == a->room) {
         a->room = a->room ? a->room * 2 : 64;
@@ -166,21 +151,6 @@ static void *reserve(array *a, size_t count, size_t size)
 
 /* ---- the input mesh -------------------------------------------------------------------------- */
 
-/* What the file says of an edge, or of a vertex: then v0 and v1 are the same. */
-typedef struct tag { uint32_t v0, v1, line, order; float sharpness; } tag;
-enum { HARD_FROM = 10 };                /* the sharpness that OpenSubdiv takes for infinite */
-
-typedef struct mesh {
-    const char *name;                   /* of the file, for messages */
-    uint32_t first;                     /* number of the first vertex in the file: 0 or 1 */
-    array positions;                    /* float[3] per vertex, less middle */
-    float middle[3];                    /* see move_to_origin */
-    array sizes, lines;                 /* uint32_t per face: corners; line of the file, or none */
-    array corners;                      /* uint32_t per face corner: vertex */
-    array uvs;                          /* float[2] per face corner, or none */
-    array creases, sharp_corners;       /* tag per tagged edge and vertex */
-} mesh;
-
 static uint32_t u32_at(const array *a, size_t i) { return ((const uint32_t *)a->data)[i]; }
 static const float *floats_at(const array *a, size_t i, size_t width)
 {
@@ -194,6 +164,9 @@ static void free_mesh(mesh *m)
     free(m->lines.data);
     free(m->corners.data);
     free(m->uvs.data);
+    free(m->normals.data);
+    free(m->normal_lines.data);
+    free(m->corner_normals.data);
     free(m->creases.data);
     free(m->sharp_corners.data);
 }
@@ -274,19 +247,33 @@ static const char *quoted(word w)
     return text;
 }
 
-/* as_float: rounded once, to a float, which it must not exceed. */
-static double to_number(const mesh *m, uint32_t line, word w, bool as_float)
+/* A finite number and nothing else. as_float: rounded once, to a float, which it must not exceed. */
+static bool scan_number(word w, bool as_float, double *value)
 {
     char *end = NULL;
-    double value = 0;
+    *value = 0;
     /* strtod would also take hexadecimal numbers and names of infinities. */
     if (strspn(w.text, "+-.0123456789eE") >= (size_t)(w.end - w.text)) {
-        value = as_float ? (double)strtof(w.text, &end) : strtod(w.text, &end);
+        *value = as_float ? (double)strtof(w.text, &end) : strtod(w.text, &end);
     }
-    if (w.text == w.end || end != w.end || !isfinite(value)) {
+    return w.text < w.end && end == w.end && isfinite(*value);
+}
+
+static double to_number(const mesh *m, uint32_t line, word w, bool as_float)
+{
+    double value;
+    if (!scan_number(w, as_float, &value)) {
         fail(m->name, line, "%s is not a finite number", quoted(w));
     }
     return value;
+}
+
+/* A number of a normal, NaN where it is none: many files have bad normals that nobody misses, so
+   this is said where they are asked for. */
+static float to_normal(word w)
+{
+    double value;
+    return scan_number(w, true, &value) ? (float)value : nanf("");
 }
 
 /* A decimal integer at *at, which it steps over; values too long to matter stay at 10^15. */
@@ -317,7 +304,6 @@ typedef struct obj_reader {
     cursor in;
     uint32_t statement;                 /* line where this statement began */
     array uvs, corner_uvs;              /* float[2] per vt; uint32_t per face corner, or NONE */
-    size_t normals;                     /* vn lines */
     struct { int64_t index; uint32_t line; } highest[REFERENCE_COUNT];  /* counted from 0 */
     uint32_t ignored_tags, ignored_tag_line;
 } obj_reader;
@@ -392,7 +378,9 @@ static void read_face_corner(obj_reader *r, word w)
     push_u32(&r->mesh->corners, refer_from_face(r, VERTEX, index[0], r->mesh->positions.count));
     push_u32(&r->corner_uvs,
              present[1] ? refer_from_face(r, UV, index[1], r->uvs.count) : PSURF_NONE);
-    if (present[2]) refer_from_face(r, NORMAL, index[2], r->normals);
+    push_u32(&r->mesh->corner_normals,
+             present[2] ? refer_from_face(r, NORMAL, index[2], r->mesh->normals.count)
+             : PSURF_NONE);
 }
 
 static void read_face(obj_reader *r)
@@ -417,6 +405,14 @@ static void read_uv(obj_reader *r)
     uv[0] = to_float(r, next_word(r));
     v = next_word(r);
     uv[1] = v.text < v.end ? to_float(r, v) : 0.0f;
+}
+
+static void read_normal(obj_reader *r)
+{
+    float *n = push(&r->mesh->normals, 3 * sizeof *n);
+    int i;
+    for (i = 0; i < 3; i++) n[i] = to_normal(next_word(r));
+    push_u32(&r->mesh->normal_lines, r->statement);
 }
 
 static int64_t read_tag_integer(obj_reader *r)
@@ -498,7 +494,7 @@ static void read_statement(obj_reader *r)
     }
     if (word_is(w, "v")) read_position(r);
     else if (word_is(w, "vt")) read_uv(r);
-    else if (word_is(w, "vn")) r->normals++;
+    else if (word_is(w, "vn")) read_normal(r);
     else if (word_is(w, "f") || word_is(w, "fo")) read_face(r);
     else if (word_is(w, "t")) read_tag(r);
     while (w.text < w.end) w = next_word(r);
@@ -510,7 +506,8 @@ static void read_statement(obj_reader *r)
 static void check_references(const obj_reader *r)
 {
     const size_t vertices = r->mesh->positions.count;
-    const size_t counts[REFERENCE_COUNT] = {vertices, r->uvs.count, r->normals, vertices, vertices};
+    const size_t counts[REFERENCE_COUNT] = {vertices, r->uvs.count, r->mesh->normals.count,
+                                            vertices, vertices};
     int i;
     for (i = 0; i < REFERENCE_COUNT; i++) {
         if (r->highest[i].line && (uint64_t)r->highest[i].index >= counts[i]) {
@@ -564,11 +561,11 @@ static void read_obj(mesh *m, const char *data, size_t size)
 /* ---- PLY: header ----------------------------------------------------------------------------- */
 
 /* What a property is read for. */
-enum { PLY_X, PLY_Y, PLY_Z, PLY_U, PLY_V, PLY_CORNERS, PLY_IGNORED };
+enum { PLY_X, PLY_Y, PLY_Z, PLY_U, PLY_V, PLY_NX, PLY_NY, PLY_NZ, PLY_CORNERS, PLY_IGNORED };
 static const struct { const char *name; int use; } ply_names[] = {
     {"x", PLY_X}, {"y", PLY_Y}, {"z", PLY_Z}, {"s", PLY_U}, {"u", PLY_U}, {"texture_u", PLY_U},
-    {"t", PLY_V}, {"v", PLY_V}, {"texture_v", PLY_V}, {"vertex_indices", PLY_CORNERS},
-    {"vertex_index", PLY_CORNERS},
+    {"t", PLY_V}, {"v", PLY_V}, {"texture_v", PLY_V}, {"nx", PLY_NX}, {"ny", PLY_NY},
+    {"nz", PLY_NZ}, {"vertex_indices", PLY_CORNERS}, {"vertex_index", PLY_CORNERS},
 };
 
 typedef struct ply_type { const char *name, *other; unsigned size; char kind; } ply_type;
@@ -773,6 +770,14 @@ static float ply_float(ply_reader *r, const ply_type *type)
     return (float)value;
 }
 
+static float ply_normal(ply_reader *r, const ply_type *type)
+{
+    double value;
+    if (r->format == PLY_ASCII) return to_normal(ply_text(r));
+    value = ply_number(r, type, true);
+    return fabs(value) <= (double)FLT_MAX ? (float)value : nanf("");
+}
+
 /* A count, or the number of a vertex. */
 static uint32_t ply_whole(ply_reader *r, const ply_type *type)
 {
@@ -803,18 +808,24 @@ static void read_ply_list(ply_reader *r, const ply_property *p)
 static void read_ply_instance(ply_reader *r)
 {
     const ply_element *e = r->element;
-    float value[PLY_V + 1] = {0, 0, 0, 0, 0};
+    const unsigned uv = 1u << PLY_U | 1u << PLY_V, normal = 7u << PLY_NX;
+    float value[PLY_NZ + 1] = {0, 0, 0, 0, 0, 0, 0, 0};
     size_t i;
     for (i = 0; i < e->properties.count; i++) {
         const ply_property *p = (const ply_property *)e->properties.data + i;
         if (p->count) read_ply_list(r, p);
+        else if (p->use >= PLY_NX && p->use <= PLY_NZ) value[p->use] = ply_normal(r, p->type);
         else if (p->use != PLY_IGNORED) value[p->use] = ply_float(r, p->type);
         else skip_ply(r, p->type);
     }
     if (e->what != PLY_VERTEX) return;
     memcpy(push(&r->mesh->positions, 3 * sizeof *value), value, 3 * sizeof *value);
-    if (e->uses >> PLY_U & e->uses >> PLY_V & 1) {
+    if ((e->uses & uv) == uv) {
         memcpy(push(&r->uvs, 2 * sizeof *value), value + PLY_U, 2 * sizeof *value);
+    }
+    if ((e->uses & normal) == normal) {
+        memcpy(push(&r->mesh->normals, 3 * sizeof *value), value + PLY_NX, 3 * sizeof *value);
+        if (r->in.line) push_u32(&r->mesh->normal_lines, r->in.line);
     }
 }
 
@@ -836,6 +847,7 @@ static void finish_ply(ply_reader *r)
                 float *uv = push(&m->uvs, 2 * sizeof *uv);
                 memcpy(uv, floats_at(&r->uvs, v, 2), 2 * sizeof *uv);
             }
+            if (m->normals.count) push_u32(&m->corner_normals, v);
         }
     }
 }
@@ -972,8 +984,8 @@ static double *face_normals(const mesh *m)
     return normals;
 }
 
-/* v0 < v1; the first two of the faces that use it. */
-typedef struct mesh_edge { uint32_t v0, v1, face[2], uses; } mesh_edge;
+/* v0 < v1; the first two of the faces that use it, and their corners at v0 and at v1. */
+typedef struct mesh_edge { uint32_t v0, v1, face[2], corner[2][2], uses; } mesh_edge;
 
 static int compare_edges(const void *left, const void *right)
 {
@@ -986,16 +998,22 @@ static mesh_edge *list_edges(const mesh *m, size_t *count)
 {
     mesh_edge *edges = resize(NULL, m->corners.count, sizeof *edges);
     const uint32_t *corners = m->corners.data;
-    size_t face, i, n = 0;
+    size_t face, first = 0, i, n = 0;
     for (face = 0; face < m->sizes.count; face++) {
         size_t size = u32_at(&m->sizes, face);
         for (i = 0; i < size; i++) {
-            uint32_t a = corners[i], b = corners[(i + 1) % size];
-            mesh_edge e = {a < b ? a : b, a < b ? b : a, {0, 0}, 1};
-            e.face[0] = e.face[1] = (uint32_t)face;
-            edges[n++] = e;
+            uint32_t a = (uint32_t)(first + i), b = (uint32_t)(first + (i + 1) % size);
+            bool ascending = corners[a] < corners[b];
+            mesh_edge *e = &edges[n++];
+            memset(e, 0, sizeof *e);
+            e->uses = 1;
+            e->face[0] = e->face[1] = (uint32_t)face;
+            e->corner[0][0] = ascending ? a : b;
+            e->corner[0][1] = ascending ? b : a;
+            e->v0 = corners[e->corner[0][0]];
+            e->v1 = corners[e->corner[0][1]];
         }
-        corners += size;
+        first += size;
     }
     qsort(edges, n, sizeof *edges, compare_edges);
     for (*count = 0, i = 0; i < n; i++) {
@@ -1003,6 +1021,7 @@ static mesh_edge *list_edges(const mesh *m, size_t *count)
             edges[(*count)++] = edges[i];
         } else if (edges[*count - 1].uses++ == 1) {
             edges[*count - 1].face[1] = edges[i].face[0];
+            memcpy(edges[*count - 1].corner[1], edges[i].corner[0], sizeof edges[i].corner[0]);
         }
     }
     return edges;
@@ -1110,16 +1129,175 @@ static uint32_t *make_corners(const mesh *m, uint32_t *count)
     return corners;
 }
 
-/* ---- the surface ----------------------------------------------------------------------------- */
+/* ---- options --------------------------------------------------------------------------------- */
+
+/* --normals; those that are computed in the order of psurf_normal_mode. */
+enum { NORMALS_INPUT_IF_ALL, NORMALS_INPUT, NORMALS_COMPUTED };
 
 typedef struct options {                /* of the command line */
-    const char *input, *output;
+    const char *table, *input, *output, *svg, *scheme_name;
     psurf_scheme scheme;
+    psurf_variant variant;
+    psurf_shading shading;
+    unsigned flags;                     /* of psurf_construct_desc */
+    float sigma;
+    int normals;
     uint32_t rate;
+    int64_t step;                       /* negative: none */
     float blend;
     double crease_angle;                /* degrees */
-    bool has_blend, has_crease_angle, json, curvature, help;
+    bool has_blend, has_crease_angle, json, curvature, help, version;
+    unsigned given;                     /* bit i: option_table[i] is there */
 } options;
+
+/* ---- normals of the file --------------------------------------------------------------------- */
+
+static NORETURN void fail_normal(const mesh *m, size_t normal)
+{
+    static const char message[] = "normal is not three finite numbers; --normals average needs none";
+    if (normal < m->normal_lines.count) {
+        fail(m->name, u32_at(&m->normal_lines, normal), "%s", message);
+    }
+    fail(m->name, 0, "vertex %zu, counting from 0: %s", normal, message);
+}
+
+/* A normal of length zero is none. */
+static bool has_normal(const mesh *m, size_t corner)
+{
+    uint32_t k = corner < m->corner_normals.count ? u32_at(&m->corner_normals, corner) : PSURF_NONE;
+    const float *n;
+    if (k == PSURF_NONE) return false;
+    n = floats_at(&m->normals, k, 3);
+    if (isnan(n[0]) || isnan(n[1]) || isnan(n[2])) fail_normal(m, k);
+    return n[0] != 0 || n[1] != 0 || n[2] != 0;
+}
+
+/* Whether to use the normals of the file: not where a corner has none. */
+static bool takes_file_normals(const mesh *m, const options *o)
+{
+    size_t count = m->corners.count, bare = 0, i;
+    if (o->normals >= NORMALS_COMPUTED) return false;
+    for (i = 0; i < count; i++) bare += !has_normal(m, i);
+    if (bare == 0) return true;
+    if (bare < count || o->normals == NORMALS_INPUT) {
+        warn(m->name, 0, "%zu of %zu face corners have no normal, so all normals are averaged",
+             bare, count);
+    }
+    return false;
+}
+
+/* The normal of a face corner, and the set of corners it belongs to. */
+typedef struct corner_normal { uint32_t set, corner; double n[3]; } corner_normal;
+
+/* Less than one degree apart; both are unit vectors. */
+static bool nearly_equal(const double a[3], const double b[3])
+{
+    return dot(a, b) > 0.99984769515639124;
+}
+
+static int compare_corner_normals(const void *left, const void *right)
+{
+    const corner_normal *a = left, *b = right;
+    int i;
+    if (a->set != b->set) return a->set < b->set ? -1 : 1;
+    for (i = 0; i < 3; i++) {
+        if (a->n[i] < b->n[i] || a->n[i] > b->n[i]) return a->n[i] < b->n[i] ? -1 : 1;
+    }
+    return 0;
+}
+
+static uint32_t find_set(corner_normal *list, uint32_t corner)
+{
+    while (list[corner].set != corner) {
+        corner = list[corner].set = list[list[corner].set].set;
+    }
+    return corner;
+}
+
+/* The corners of a vertex, as far as edges join them across which the normal hardly changes, are a
+   set: its name is the number of one of them. */
+static void find_sets(const mesh *m, corner_normal *list)
+{
+    size_t count, i;
+    mesh_edge *edges = list_edges(m, &count);
+    int end;
+    for (i = 0; i < count; i++) {
+        for (end = 0; end < 2 && edges[i].uses > 1; end++) {
+            uint32_t a = edges[i].corner[0][end], b = edges[i].corner[1][end];
+            if (!nearly_equal(list[a].n, list[b].n)) continue;
+            list[find_set(list, a)].set = find_set(list, b);
+        }
+    }
+    for (i = 0; i < m->corners.count; i++) list[i].set = find_set(list, (uint32_t)i);
+    free(edges);
+}
+
+/* Whether all normals from begin up to end are close to their mean. */
+static bool find_mean(const corner_normal *begin, const corner_normal *end, double mean[3])
+{
+    const corner_normal *at;
+    int i;
+    mean[0] = mean[1] = mean[2] = 0;
+    for (at = begin; at < end; at++) {
+        for (i = 0; i < 3; i++) mean[i] += at->n[i];
+    }
+    normalize(mean);
+    for (at = begin; at < end; at++) {
+        if (!nearly_equal(at->n, mean)) return false;
+    }
+    return true;
+}
+
+static void push_normal(array *normals, const double n[3])
+{
+    float *result = push(normals, 3 * sizeof *result);
+    int i;
+    for (i = 0; i < 3; i++) result[i] = (float)n[i];
+}
+
+/* Edges are hard where the normals of their sides differ, so those that mean the same become the
+   same: each set gets its mean, or, where it spreads too far, each of its values one normal. */
+static void weld_normals(mesh *m)
+{
+    size_t count = m->corners.count, first, end, i;
+    corner_normal *list = resize(NULL, count, sizeof *list);
+    array welded = {NULL, 0, 0};
+    double mean[3];
+    for (i = 0; i < count; i++) {
+        const float *n = floats_at(&m->normals, u32_at(&m->corner_normals, i), 3);
+        int axis;
+        list[i].set = list[i].corner = (uint32_t)i;
+        for (axis = 0; axis < 3; axis++) list[i].n[axis] = (double)n[axis];
+        normalize(list[i].n);
+    }
+    find_sets(m, list);
+    qsort(list, count, sizeof *list, compare_corner_normals);
+    for (first = 0; first < count; first = end) {
+        bool close;
+        for (end = first; end < count && list[end].set == list[first].set; end++) continue;
+        close = find_mean(list + first, list + end, mean);
+        for (i = first; i < end; i++) {
+            if (i == first) push_normal(&welded, close ? mean : list[i].n);
+            else if (!close && compare_corner_normals(&list[i - 1], &list[i]) != 0) {
+                push_normal(&welded, list[i].n);
+            }
+            ((uint32_t *)m->corner_normals.data)[list[i].corner] = (uint32_t)welded.count - 1;
+        }
+    }
+    free(list);
+    free(m->normals.data);
+    m->normals = welded;
+}
+
+/* ---- the surface ----------------------------------------------------------------------------- */
+
+/* What the library is told of a mesh; scheme and split come later. */
+typedef struct description {
+    psurf_mesh_desc mesh;
+    psurf_construct_desc construct;
+    psurf_edge_tag *tags;
+    uint32_t *corners;
+} description;
 
 typedef struct surface {
     const mesh *mesh;
@@ -1164,38 +1342,95 @@ static void must(const surface *s, psurf_result result)
     if (result != PSURF_OK) fail(s->mesh->name, 0, "%s", psurf_result_string(result));
 }
 
-static void build_surface(surface *s, mesh *m, const options *o)
+/* Blend ratios are pm's alone. */
+static void warn_of_blends(const mesh *m, const options *o)
 {
-    psurf_mesh_desc desc;
-    psurf_patches_layout layout;
-    psurf_error error;
-    psurf_edge_tag *tags;
-    uint32_t *corners;
-    memset(&desc, 0, sizeof desc);
-    memset(s, 0, sizeof *s);
-    s->mesh = m;
+    const tag *first = NULL, *t = m->creases.data;
+    size_t count = 0, i;
+    for (i = 0; i < m->creases.count; i++) {
+        if (t[i].sharpness >= HARD_FROM || t[i].sharpness <= 0) continue;
+        count++;
+        if (!first || t[i].order < first->order) first = &t[i];
+    }
+    if (first) {
+        warn(m->name, first->line, "%zu creases ignored, here is the first: %s has none of a "
+             "sharpness below %d", count, o->scheme_name, HARD_FROM);
+    }
+}
+
+static void describe(description *d, mesh *m, const options *o)
+{
+    memset(d, 0, sizeof *d);
     if (o->has_crease_angle) tag_folds(m, o->crease_angle);
     keep_last(&m->creases);
     keep_last(&m->sharp_corners);
-    desc.vertex_count = (uint32_t)m->positions.count;
-    desc.face_count = (uint32_t)m->sizes.count;
-    desc.face_sizes = m->sizes.data;
-    desc.face_vertices = m->corners.data;
-    desc.positions = s->construct.positions = m->positions.data;
-    desc.edges = tags = make_edge_tags(m);
-    desc.edge_count = (uint32_t)m->creases.count;
-    desc.corners = corners = make_corners(m, &desc.corner_count);
-    desc.flags = o->has_blend ? PSURF_DEFAULT_BLEND : 0;
-    desc.default_blend = o->blend;
-    if (psurf_topology_create(&desc, &s->topology, &error) != PSURF_OK) fail_topology(m, &error);
-    free(tags);
-    free(corners);
+    if (o->scheme != PSURF_PM) warn_of_blends(m, o);
+    d->mesh.vertex_count = (uint32_t)m->positions.count;
+    d->mesh.face_count = (uint32_t)m->sizes.count;
+    d->mesh.face_sizes = m->sizes.data;
+    d->mesh.face_vertices = m->corners.data;
+    d->mesh.positions = d->construct.positions = m->positions.data;
+    d->mesh.edges = d->tags = make_edge_tags(m);
+    d->mesh.edge_count = (uint32_t)m->creases.count;
+    d->mesh.corners = d->corners = make_corners(m, &d->mesh.corner_count);
+    d->mesh.flags = o->has_blend ? PSURF_DEFAULT_BLEND : 0;
+    d->mesh.default_blend = o->blend;
+    d->construct.variant = o->variant;
+    d->construct.shading = o->shading;
+    d->construct.flags = o->flags;
+    d->construct.sigma = o->sigma;
+    if (o->normals >= NORMALS_COMPUTED) {
+        d->construct.normal_mode = (psurf_normal_mode)(o->normals - NORMALS_COMPUTED);
+    }
+}
+
+static void use_file_normals(description *d, mesh *m)
+{
+    weld_normals(m);
+    d->mesh.face_normals = m->corner_normals.data;
+    d->mesh.normal_count = (uint32_t)m->normals.count;
+    d->construct.normals = m->normals.data;
+}
+
+static void free_description(description *d)
+{
+    free(d->tags);
+    free(d->corners);
+}
+
+static psurf_topology *create_topology(const mesh *m, const description *d, psurf_split split)
+{
+    psurf_mesh_desc desc = d->mesh;
+    psurf_topology *topology;
+    psurf_error error;
+    desc.split = split;
+    if (psurf_topology_create(&desc, &topology, &error) != PSURF_OK) fail_topology(m, &error);
+    return topology;
+}
+
+static void build_surface(surface *s, const mesh *m, const description *d, psurf_scheme scheme)
+{
+    psurf_patches_layout layout;
+    memset(s, 0, sizeof *s);
+    s->mesh = m;
+    s->construct = d->construct;
+    s->topology = create_topology(m, d, psurf_scheme_split(scheme));
     psurf_topology_info(s->topology, &s->info);
-    must(s, psurf_patches_size(s->topology, o->scheme, &layout));
-    must(s, psurf_patches_bind(&s->patches, s->topology, o->scheme,
+    must(s, psurf_patches_size(s->topology, scheme, &layout));
+    must(s, psurf_patches_bind(&s->patches, s->topology, scheme,
                                resize(NULL, layout.patch_bytes, 1),
                                resize(NULL, layout.scratch_bytes, 1)));
     must(s, psurf_construct(&s->patches, &s->construct));
+}
+
+/* The surface that the command line asks for. */
+static void make_surface(surface *s, mesh *m, const options *o)
+{
+    description d;
+    describe(&d, m, o);
+    if (o->scheme != PSURF_PM && takes_file_normals(m, o)) use_file_normals(&d, m);
+    build_surface(s, m, &d, o->scheme);
+    free_description(&d);
 }
 
 static void free_surface(surface *s)
@@ -1244,8 +1479,6 @@ static void free_face_points(face_points *f)
 
 /* ---- output files ---------------------------------------------------------------------------- */
 
-typedef struct output { FILE *file; const char *path; } output;
-
 /* A file that is there and not an ordinary one, /dev/full for instance, is written in place. */
 static FILE *open_file(const char *path)
 {
@@ -1269,7 +1502,7 @@ static FILE *open_file(const char *path)
     return file;
 }
 
-static output open_output(const char *path)
+output open_output(const char *path)
 {
     output out;
     out.path = path && strcmp(path, "-") != 0 ? path : NULL;
@@ -1299,7 +1532,7 @@ static void written(const output *out, uint64_t done, uint64_t total)
     progress(done, total);
 }
 
-static void close_output(output *out)
+void close_output(output *out)
 {
     char *name = temporary;
     if (ferror(out->file) || fflush(out->file) != 0) fail_output(out);
@@ -1563,7 +1796,7 @@ static void tessellate_welded(const surface *s, uint32_t rate, triangles *t)
     t->vertex_count = span.vertex_count;
     t->index_count = span.index_count;
     t->p = out.p = resize(NULL, span.vertex_count, 3 * sizeof *t->p);
-    t->n = out.n = resize(NULL, span.vertex_count, 3 * sizeof *t->n);
+    t->n = out.shade = resize(NULL, span.vertex_count, 3 * sizeof *t->n);
     out.indices = t->indices = resize(NULL, span.index_count, sizeof *t->indices);
     for (face = 0; face < s->info.faces; face += FACES_AT_ONCE) {
         must(s, psurf_tessellate(&s->patches, &desc, face, FACES_AT_ONCE, &out));
@@ -1679,7 +1912,7 @@ static int run_tessellate(mesh *m, const options *o)
     surface s;
     triangles t = {0, 0, NULL, NULL, NULL, NULL};
     output out;
-    build_surface(&s, m, o);
+    make_surface(&s, m, o);
     tessellate_welded(&s, o->rate, &t);
     if (m->uvs.count) add_texture(&s, o->rate, &t);
     put_vertices_back(&s, &t);
@@ -1720,9 +1953,9 @@ static int run_patches(mesh *m, const options *o)
     surface s;
     output out;
     uint32_t i;
-    build_surface(&s, m, o);
+    make_surface(&s, m, o);
     out = open_output(o->output);
-    fprintf(out.file, "{\"scheme\":\"%s\",\"patches\":[\n", psurf_scheme_name(o->scheme));
+    fprintf(out.file, "{\"scheme\":\"%s\",\"patches\":[\n", o->scheme_name);
     for (i = 0; i < s.info.facets; i++) {
         psurf_patch patch = psurf_get_patch(&s.patches, i);
         if (i) fputs(",\n", out.file);
@@ -1739,21 +1972,34 @@ static int run_patches(mesh *m, const options *o)
 
 /* The samples of one face in the order of the table: sector by sector, v outer, u inner. */
 typedef struct face_grid {
-    uint32_t size, rate, sectors;       /* corners of the face */
+    uint32_t rate, sectors;
+    bool round;                         /* the first sector is the next of the last */
+    bool quads, last_quad;              /* the sectors are quads; the last one is */
     size_t per_sector;
     array samples;                      /* psurf_sample */
     array vertices;                     /* uint32_t: in the face's tessellation */
 } face_grid;
 
-static void start_grid(face_grid *g, uint32_t size, uint32_t rate)
+static size_t grid_size(uint32_t rate, bool quad)
 {
     size_t n = (size_t)rate + 1;
-    g->size = size;
+    return quad ? n * n : n * (n + 1) / 2;
+}
+
+/* Faces of up to four corners are one sector. Others are triangles round their centre with pm, fans
+   of quads and a last triangle with pn, fans of triangles with all other schemes. */
+static void start_grid(face_grid *g, psurf_split split, uint32_t size, uint32_t rate)
+{
+    size_t count;
     g->rate = rate;
-    g->sectors = size >= 5 ? size : 1;
-    g->per_sector = size == 4 ? n * n : n * (n + 1) / 2;
-    reserve(&g->samples, g->sectors * g->per_sector, sizeof(psurf_sample));
-    reserve(&g->vertices, g->sectors * g->per_sector, sizeof(uint32_t));
+    g->round = size >= 5 && split == PSURF_SPLIT_PM;
+    g->sectors = size < 5 ? 1 : g->round ? size : split == PSURF_SPLIT_PN ? (size - 1) / 2 : size - 2;
+    g->quads = size == 4 || (size >= 5 && split == PSURF_SPLIT_PN);
+    g->last_quad = g->quads && size % 2 == 0;
+    g->per_sector = grid_size(rate, g->quads);
+    count = (g->sectors - 1) * g->per_sector + grid_size(rate, g->last_quad);
+    reserve(&g->samples, count, sizeof(psurf_sample));
+    reserve(&g->vertices, count, sizeof(uint32_t));
 }
 
 static void place(face_grid *g, psurf_sample sample, uint32_t vertex)
@@ -1761,14 +2007,15 @@ static void place(face_grid *g, psurf_sample sample, uint32_t vertex)
     size_t u = (size_t)(sample.u * (float)g->rate + 0.5f);
     size_t v = (size_t)(sample.v * (float)g->rate + 0.5f);
     size_t n = (size_t)g->rate + 1;
-    size_t row = g->size == 4 ? v * n : v * (2 * n + 1 - v) / 2;
+    bool quad = sample.sector + 1 == g->sectors ? g->last_quad : g->quads;
+    size_t row = quad ? v * n : v * (2 * n + 1 - v) / 2;
     size_t k = sample.sector * g->per_sector + row + u;
     ((psurf_sample *)g->samples.data)[k] = sample;
     ((uint32_t *)g->vertices.data)[k] = vertex;
 }
 
-/* Sectors share the lines from the corners to the centre, which the tessellation has once: the line
-   with v = 0 of a sector is the one with u = 0 of the sector before it. */
+/* Sectors share lines, which the tessellation has once: the line with v = 0 of a sector is the one
+   with u = 0 of the sector before it. */
 static void place_shared(face_grid *g, psurf_sample sample, uint32_t vertex)
 {
     psurf_sample other = sample;
@@ -1776,10 +2023,10 @@ static void place_shared(face_grid *g, psurf_sample sample, uint32_t vertex)
     other.v = sample.u;
     if (sample.u == 0 && sample.v == 0) {
         for (other.sector = 0; other.sector < g->sectors; other.sector++) place(g, other, vertex);
-    } else if (sample.v == 0) {
+    } else if (sample.v == 0 && (g->round || sample.sector > 0)) {
         other.sector = (sample.sector + g->sectors - 1) % g->sectors;
         place(g, other, vertex);
-    } else if (sample.u == 0) {
+    } else if (sample.u == 0 && (g->round || sample.sector + 1 < g->sectors)) {
         other.sector = (sample.sector + 1) % g->sectors;
         place(g, other, vertex);
     }
@@ -1829,12 +2076,12 @@ static int run_sample(mesh *m, const options *o)
     uint32_t face;
     memset(&f, 0, sizeof f);
     memset(&g, 0, sizeof g);
-    build_surface(&s, m, o);
+    make_surface(&s, m, o);
     out = open_output(o->output);
     fprintf(out.file, "face,sector,u,v,x,y,z,nx,ny,nz%s\n", o->curvature ? ",gauss,mean" : "");
     for (face = 0; face < s.info.faces; face++) {
         tessellate_face(&s, o->rate, face, true, &f);
-        start_grid(&g, u32_at(&m->sizes, face), o->rate);
+        start_grid(&g, psurf_scheme_split(o->scheme), u32_at(&m->sizes, face), o->rate);
         fill_grid(&g, &f);
         if (o->curvature) {
             psurf_curvature(&s.patches, g.samples.data, (uint32_t)g.samples.count,
@@ -1858,23 +2105,32 @@ static int run_sample(mesh *m, const options *o)
 
 enum { LISTED = 20 };
 
-/* Edges whose normals are degenerate, found by halving the range; at most LISTED and one more. */
-static void find_degenerate(const surface *s, uint32_t rate, uint32_t first, uint32_t count,
-                            array *found)
+/* What is counted by edge and named as well. */
+typedef struct named_edges {
+    const char *name;
+    bool (*concerns)(const psurf_check_result *part);
+    array edges;                        /* uint32_t: at most LISTED and one more */
+} named_edges;
+
+static bool is_degenerate(const psurf_check_result *part) { return part->degenerate > 0; }
+static bool is_fallback(const psurf_check_result *part) { return part->fallback_edges > 0; }
+
+/* Finds the edges by halving the range, of which the result is known. */
+static void find_edges(const surface *s, uint32_t rate, uint32_t first, uint32_t count,
+                       const psurf_check_result *known, named_edges *named)
 {
+    uint32_t middle = count / 2, half;
     psurf_check_result part;
-    if (found->count > LISTED) return;
-    must(s, psurf_check(&s->patches, &s->construct, rate, first, count, &part));
-    if (part.degenerate == 0) return;
-    if (count == 1) {
-        push_u32(found, first);
-    } else {
-        find_degenerate(s, rate, first, count / 2, found);
-        find_degenerate(s, rate, first + count / 2, count - count / 2, found);
+    if (!named->concerns(known)) return;
+    if (count == 1) push_u32(&named->edges, first);
+    for (half = 0; half < 2 && count > 1 && named->edges.count <= LISTED; half++) {
+        uint32_t begin = half ? first + middle : first, size = half ? count - middle : middle;
+        must(s, psurf_check(&s->patches, &s->construct, rate, begin, size, &part));
+        find_edges(s, rate, begin, size, &part, named);
     }
 }
 
-static psurf_check_result check_all_edges(const surface *s, uint32_t rate, array *degenerate)
+static psurf_check_result check_all_edges(const surface *s, uint32_t rate, named_edges named[2])
 {
     const uint32_t at_once = 1024 + s->info.edges / 64;     // every call reads all positions
     psurf_check_result sum, part;
@@ -1882,26 +2138,29 @@ static psurf_check_result check_all_edges(const surface *s, uint32_t rate, array
     memset(&sum, 0, sizeof sum);
     sum.worst_face = sum.worst_edge = PSURF_NONE;
     for (edge = 0; edge < s->info.edges; edge += at_once) {
-        must(s, psurf_check(&s->patches, &s->construct, rate, edge, at_once, &part));
+        uint32_t left = s->info.edges - edge, count = left < at_once ? left : at_once;
+        must(s, psurf_check(&s->patches, &s->construct, rate, edge, count, &part));
         sum.samples += part.samples;
         sum.cracks += part.cracks;
         sum.nonfinite += part.nonfinite;
         sum.degenerate += part.degenerate;
         sum.sharp_edges += part.sharp_edges;
+        sum.fallback_edges += part.fallback_edges;
         if (sum.worst_face == PSURF_NONE || part.max_normal_deg > sum.max_normal_deg) {
             sum.max_normal_deg = part.max_normal_deg;
             sum.worst_face = part.worst_face;
             sum.worst_edge = part.worst_edge;
         }
-        if (part.degenerate) find_degenerate(s, rate, edge, at_once, degenerate);
+        find_edges(s, rate, edge, count, &part, &named[0]);
+        find_edges(s, rate, edge, count, &part, &named[1]);
         progress(edge, s->info.edges);
-        if (s->info.edges - edge <= at_once) break;
+        if (left <= at_once) break;
     }
     return sum;
 }
 
 /* The ends of an edge, in the numbers of the file, and the face that writes it. */
-static void print_edge(FILE *file, const surface *s, uint32_t edge)
+static void print_edge(FILE *file, const surface *s, const char *name, uint32_t edge)
 {
     psurf_tables t;
     uint32_t corner, kind = 0, sides, facet, next, v, w;
@@ -1919,11 +2178,11 @@ static void print_edge(FILE *file, const surface *s, uint32_t edge)
     next += (corner - next + 1) % sides;
     v = rings[corners[corner].ring & ~PSURF_WRITER].point + s->mesh->first;
     w = rings[corners[next].ring & ~PSURF_WRITER].point + s->mesh->first;
-    fprintf(file, "degenerate edge     vertices %" PRIu32 " and %" PRIu32 ", face %" PRIu32 "\n", v,
-            w, ((const psurf_facet *)t.facets.data)[t.kind_first[kind] + facet].face);
+    fprintf(file, "%-18s  vertices %" PRIu32 " and %" PRIu32 ", face %" PRIu32 "\n", name, v, w,
+            ((const psurf_facet *)t.facets.data)[t.kind_first[kind] + facet].face);
 }
 
-static void print_check(const surface *s, const psurf_check_result *c, const array *degenerate,
+static void print_check(const surface *s, const psurf_check_result *c, const named_edges named[2],
                         bool json)
 {
     const fact facts[] = {
@@ -1931,14 +2190,19 @@ static void print_check(const surface *s, const psurf_check_result *c, const arr
         {"max_normal_deg", c->max_normal_deg}, {"sharp_edges", c->sharp_edges},
         {"nonfinite", (double)c->nonfinite}, {"degenerate_normals", (double)c->degenerate},
         {"worst_face", c->worst_face == PSURF_NONE ? nan("") : c->worst_face},
+        {"fallback_edges", c->fallback_edges},
     };
     output out = open_output(NULL);
     size_t i;
+    int k;
     print_facts(out.file, facts, sizeof facts / sizeof *facts, json);
-    for (i = 0; !json && i < degenerate->count && i < LISTED; i++) {
-        print_edge(out.file, s, u32_at(degenerate, i));
+    for (k = 0; !json && k < 2; k++) {
+        size_t count = named[k].edges.count;
+        for (i = 0; i < count && i < LISTED; i++) {
+            print_edge(out.file, s, named[k].name, u32_at(&named[k].edges, i));
+        }
+        if (count > LISTED) fprintf(out.file, "%-18s  ... and more\n", named[k].name);
     }
-    if (!json && degenerate->count > LISTED) fputs("degenerate edge     ... and more\n", out.file);
     close_output(&out);
 }
 
@@ -1946,11 +2210,13 @@ static int run_check(mesh *m, const options *o)
 {
     surface s;
     psurf_check_result result;
-    array degenerate = {NULL, 0, 0};
-    build_surface(&s, m, o);
-    result = check_all_edges(&s, o->rate, &degenerate);
-    print_check(&s, &result, &degenerate, o->json);
-    free(degenerate.data);
+    named_edges named[2] = {{"degenerate edge", is_degenerate, {NULL, 0, 0}},
+                            {"fallback edge", is_fallback, {NULL, 0, 0}}};
+    make_surface(&s, m, o);
+    result = check_all_edges(&s, o->rate, named);
+    print_check(&s, &result, named, o->json);
+    free(named[0].edges.data);
+    free(named[1].edges.data);
     free_surface(&s);
     return result.cracks || result.nonfinite ? EXIT_CHECK : EXIT_SUCCESS;
 }
@@ -1965,71 +2231,149 @@ typedef struct triangle_facts {
     size_t convex, concave, inflection; /* edges */
 } triangle_facts;
 
-/* Un-weighted mean of the unit normals of the triangles round each vertex. */
-static double *mean_normals(const mesh *m, const double *flat)
+/* A triangle mesh as the schemes see it that interpolate it: three corners a face. */
+typedef struct triangle_mesh {
+    double *points, *normals;           /* [corners][3] each */
+    double *flat;                       /* [faces][3]: unit normals of the triangles, */
+    double *areas;                      /* [faces]: and twice their areas */
+    uint32_t *rings;                    /* [corners]: equal where corners share a normal */
+    size_t corners, ring_count;
+} triangle_mesh;
+
+static void free_triangle_mesh(triangle_mesh *t)
 {
-    double *normals = resize(NULL, m->positions.count, 3 * sizeof *normals);
-    size_t i, k;
-    for (i = 0; i < 3 * m->positions.count; i++) normals[i] = 0;
-    for (i = 0; i < m->corners.count; i++) {
-        double *n = normals + 3 * (size_t)u32_at(&m->corners, i);
-        for (k = 0; k < 3; k++) n[k] += flat[i / 3 * 3 + k];
-    }
-    for (i = 0; i < m->positions.count; i++) normalize(normals + 3 * i);
-    return normals;
+    free(t->points);
+    free(t->normals);
+    free(t->flat);
+    free(t->areas);
+    free(t->rings);
 }
 
-static void measure_cosines(const mesh *m, const double *flat, const double *normals,
-                            triangle_facts *facts)
+/* Points, rings and, if they are the limit's, normals from the library, which has one patch a face
+   here, in their order. */
+static void take_triangles(triangle_mesh *t, const surface *s, bool limit)
+{
+    const mesh *m = s->mesh;
+    const psurf_patches_layout *layout = &s->patches.layout;
+    const char *scratch = s->patches.scratch;
+    psurf_tables tables;
+    size_t i, k;
+    psurf_topology_tables(s->topology, &tables);
+    t->corners = m->corners.count;
+    t->ring_count = s->info.rings;
+    t->rings = resize(NULL, t->corners, sizeof *t->rings);
+    t->points = resize(NULL, t->corners, 3 * sizeof *t->points);
+    t->normals = resize(NULL, t->corners, 3 * sizeof *t->normals);
+    for (i = 0; i < t->corners; i++) {
+        const psurf_corner *corner = (const psurf_corner *)tables.corners.data + i;
+        size_t ring = t->rings[i] = corner->ring & ~PSURF_WRITER, v = u32_at(&m->corners, i);
+        const void *points = scratch + layout->limit_offset, *normals = scratch
+                             + layout->normal_offset;
+        for (k = 0; k < 3; k++) {
+            t->points[3 * i + k] = (double)(limit ? ((const float *)points)[3 * ring + k]
+                                            : floats_at(&m->positions, v, 3)[k]);
+            if (limit) t->normals[3 * i + k] = (double)((const float *)normals)[3 * ring + k];
+        }
+    }
+}
+
+static void measure_faces(triangle_mesh *t)
+{
+    size_t face, k;
+    t->flat = resize(NULL, t->corners / 3, 3 * sizeof *t->flat);
+    t->areas = resize(NULL, t->corners / 3, sizeof *t->areas);
+    for (face = 0; face < t->corners / 3; face++) {
+        const double *p = t->points + 9 * face;
+        double a[3], b[3], *n = t->flat + 3 * face;
+        for (k = 0; k < 3; k++) {
+            a[k] = p[3 + k] - p[k];
+            b[k] = p[6 + k] - p[k];
+        }
+        cross(a, b, n);
+        t->areas[face] = sqrt(dot(n, n));
+        normalize(n);
+    }
+}
+
+/* The mean of the triangles' normals around each corner's ring. */
+static void average_normals(triangle_mesh *t, bool by_area)
+{
+    double *sums = resize(NULL, t->ring_count, 3 * sizeof *sums);
+    size_t i, k;
+    for (i = 0; i < 3 * t->ring_count; i++) sums[i] = 0;
+    for (i = 0; i < t->corners; i++) {
+        double weight = by_area ? t->areas[i / 3] : 1, *sum = sums + 3 * (size_t)t->rings[i];
+        for (k = 0; k < 3; k++) sum[k] += weight * t->flat[i / 3 * 3 + k];
+    }
+    for (i = 0; i < t->ring_count; i++) normalize(sums + 3 * i);
+    for (i = 0; i < t->corners; i++) {
+        memcpy(t->normals + 3 * i, sums + 3 * (size_t)t->rings[i], 3 * sizeof *sums);
+    }
+    free(sums);
+}
+
+static void take_file_normals(triangle_mesh *t, const mesh *m)
+{
+    size_t i, k;
+    for (i = 0; i < t->corners; i++) {
+        const float *n = floats_at(&m->normals, u32_at(&m->corner_normals, i), 3);
+        for (k = 0; k < 3; k++) t->normals[3 * i + k] = (double)n[k];
+        normalize(t->normals + 3 * i);
+    }
+}
+
+static void measure_cosines(const triangle_mesh *t, triangle_facts *facts)
 {
     double sum = 0;
-    size_t i, count = m->corners.count;
+    size_t i;
     int pass;
     facts->min = 2;
     facts->max = -2;
     for (pass = 0; pass < 2; pass++) {  /* the mean first, then the deviation from it */
-        for (i = 0, sum = 0; i < count; i++) {
-            double cosine = dot(normals + 3 * (size_t)u32_at(&m->corners, i), flat + i / 3 * 3);
+        for (i = 0, sum = 0; i < t->corners; i++) {
+            double cosine = dot(t->normals + 3 * i, t->flat + i / 3 * 3);
             facts->min = fmin(facts->min, cosine);
             facts->max = fmax(facts->max, cosine);
             sum += pass == 0 ? cosine : (cosine - facts->mean) * (cosine - facts->mean);
         }
-        if (pass == 0) facts->mean = sum / (double)count;
+        if (pass == 0) facts->mean = sum / (double)t->corners;
     }
-    facts->std = sqrt(sum / (double)count);
+    facts->std = sqrt(sum / ((double)t->corners - 1));
 }
 
-static void count_bends(const mesh *m, const double *normals, triangle_facts *facts)
+/* A hard edge has normals on either side: those of its first face count. */
+static void count_bends(const mesh *m, const triangle_mesh *t, triangle_facts *facts)
 {
-    size_t count, i;
+    size_t count, i, k;
     mesh_edge *edges = list_edges(m, &count);
     for (i = 0; i < count; i++) {
-        double d[3], at_v0, at_v1;
-        difference(m, edges[i].v0, edges[i].v1, d);
-        at_v0 = dot(normals + 3 * (size_t)edges[i].v0, d);
-        at_v1 = -dot(normals + 3 * (size_t)edges[i].v1, d);
-        if (at_v0 < 0 && at_v1 < 0) facts->convex++;
-        else if (at_v0 > 0 && at_v1 > 0) facts->concave++;
+        size_t a = 3 * (size_t)edges[i].corner[0][0], b = 3 * (size_t)edges[i].corner[0][1];
+        double d[3], at_a, at_b;
+        for (k = 0; k < 3; k++) d[k] = t->points[b + k] - t->points[a + k];
+        at_a = dot(t->normals + a, d);
+        at_b = -dot(t->normals + b, d);
+        if (at_a < 0 && at_b < 0) facts->convex++;
+        else if (at_a > 0 && at_b > 0) facts->concave++;
         else facts->inflection++;
     }
     free(edges);
 }
 
-static void measure_triangles(const mesh *m, triangle_facts *facts)
+/* s: the triangles with a patch each, from the normals that the command line asks for. */
+static void measure_triangles(const surface *s, triangle_facts *facts)
 {
-    double *flat, *normals;
-    size_t i;
-    memset(facts, 0, sizeof *facts);
-    for (i = 0; i < m->sizes.count; i++) {
-        if (u32_at(&m->sizes, i) != 3) return;
-    }
-    facts->exist = true;
-    flat = face_normals(m);
-    normals = mean_normals(m, flat);
-    measure_cosines(m, flat, normals, facts);
-    count_bends(m, normals, facts);
-    free(flat);
-    free(normals);
+    const mesh *m = s->mesh;
+    const bool limit = s->construct.normals == NULL
+                       && s->construct.normal_mode == PSURF_NORMALS_LIMIT;
+    triangle_mesh t;
+    memset(&t, 0, sizeof t);
+    take_triangles(&t, s, limit);
+    measure_faces(&t);
+    if (s->construct.normals) take_file_normals(&t, m);
+    else if (!limit) average_normals(&t, s->construct.normal_mode == PSURF_NORMALS_AREA);
+    measure_cosines(&t, facts);
+    count_bends(m, &t, facts);
+    free_triangle_mesh(&t);
 }
 
 static double count_points(const psurf_patches_layout *layout)
@@ -2042,16 +2386,18 @@ static double count_points(const psurf_patches_layout *layout)
     return points;
 }
 
-static void print_info(const surface *s, const triangle_facts *t, bool json)
+/* Counts by class are those of pm, memory is that of the scheme. */
+static void print_info(const surface *s, const psurf_info *classes, const triangle_facts *t,
+                       bool json)
 {
     const psurf_info *i = &s->info;
-    const uint32_t *faces = i->kind_faces;
+    const uint32_t *faces = classes->kind_faces;
     const fact facts[] = {
         {"vertices", i->vertices}, {"faces", i->faces}, {"edges", i->edges},
         {"boundary_edges", i->boundary_edges}, {"hard_edges", i->hard_edges},
         {"components", i->components}, {"max_valence", i->max_valence},
         {"ordinary", faces[PSURF_BICUBIC]}, {"polar", faces[PSURF_POLAR]}, {"p3", faces[PSURF_P3]},
-        {"p4", faces[PSURF_P4]}, {"p5", faces[PSURF_P5]}, {"ngon", i->ngon_faces},
+        {"p4", faces[PSURF_P4]}, {"p5", faces[PSURF_P5]}, {"ngon", classes->ngon_faces},
         {"valence2", i->valence2}, {"control_points", count_points(&s->patches.layout)},
         {"bytes", (double)i->bytes + (double)s->patches.layout.patch_bytes},
         {"cos_mean", t->mean}, {"cos_std", t->std}, {"cos_min", t->min}, {"cos_max", t->max},
@@ -2063,20 +2409,100 @@ static void print_info(const surface *s, const triangle_facts *t, bool json)
     close_output(&out);
 }
 
+static bool has_triangles_alone(const mesh *m)
+{
+    size_t i;
+    for (i = 0; i < m->sizes.count; i++) {
+        if (u32_at(&m->sizes, i) != 3) return false;
+    }
+    return true;
+}
+
+/* pm ignores the normals of a file, but asked for by name they count in what is measured. */
+static bool info_takes_file_normals(const mesh *m, const options *o)
+{
+    if (o->scheme == PSURF_PM && o->normals != NORMALS_INPUT) return false;
+    return takes_file_normals(m, o);
+}
+
 static int run_info(mesh *m, const options *o)
 {
-    surface s;
+    description d;
+    surface pm, own, flat, *asked = o->scheme == PSURF_PM ? &pm : &own;
     triangle_facts facts;
-    build_surface(&s, m, o);
-    measure_triangles(m, &facts);
-    print_info(&s, &facts, o->json);
-    free_surface(&s);
+    memset(&facts, 0, sizeof facts);
+    memset(&own, 0, sizeof own);
+    describe(&d, m, o);
+    build_surface(&pm, m, &d, PSURF_PM);
+    facts.exist = has_triangles_alone(m);
+    if ((facts.exist || asked == &own) && info_takes_file_normals(m, o)) use_file_normals(&d, m);
+    if (asked == &own) build_surface(&own, m, &d, o->scheme);
+    if (facts.exist) {
+        build_surface(&flat, m, &d, PSURF_CUBIC_PN_B1);
+        measure_triangles(&flat, &facts);
+        free_surface(&flat);
+    }
+    print_info(asked, &pm.info, &facts, o->json);
+    free_surface(&pm);
+    free_surface(&own);
+    free_description(&d);
     return EXIT_SUCCESS;
+}
+
+/* ---- report ---------------------------------------------------------------------------------- */
+
+/* report.c; where it is not linked, as only ELF allows, the command is missing. */
+#ifdef __ELF__
+__attribute__((weak)) void check_report(const report_desc *desc);
+__attribute__((weak)) int report(const report_desc *desc);
+#define HAS_REPORT (check_report && report)
+#else
+#define HAS_REPORT true
+#endif
+
+static report_desc describe_report(const options *o)
+{
+    report_desc r;
+    memset(&r, 0, sizeof r);
+    r.table = o->table;
+    r.scheme = o->scheme_name;
+    r.variant = (int)o->variant;
+    r.flags = o->flags;
+    r.sigma = (double)o->sigma;
+    r.step = o->step;
+    r.json = o->json;
+    r.svg = o->svg;
+    r.has_mesh = o->input != NULL;
+    if (o->normals >= NORMALS_COMPUTED) r.normal_mode = o->normals - NORMALS_COMPUTED;
+    return r;
+}
+
+/* m: NULL where the command line names none. What is wrong with a mesh is found here, where its lines
+   are known. */
+static int run_report(mesh *m, const options *o)
+{
+    report_desc r = describe_report(o);
+    description d;
+    int status;
+    r.mesh = m;
+    if (!m) return report(&r);
+    describe(&d, m, o);
+    psurf_topology_destroy(create_topology(m, &d, PSURF_SPLIT_PM));
+    r.corners = d.mesh.corners;
+    r.corner_count = d.mesh.corner_count;
+    if (o->scheme_name == NULL || o->scheme != PSURF_PM) {
+        r.file_normals = takes_file_normals(m, o);
+        if (r.file_normals) weld_normals(m);
+    }
+    status = report(&r);
+    free_description(&d);
+    return status;
 }
 
 /* ---- commands -------------------------------------------------------------------------------- */
 
-enum { INFO = 1, TESSELLATE = 2, PATCHES = 4, SAMPLE = 8, CHECK = 16, EVERY = 31 };
+enum { INFO = 1, TESSELLATE = 2, PATCHES = 4, SAMPLE = 8, CHECK = 16, REPORT = 32,
+       MESHES = 31, EVERY = 63 };
 
 static const struct command {
     const char *name;
@@ -2085,136 +2511,269 @@ static const struct command {
     const char *usage, *summary, *help;
 } commands[] = {
     {"info", INFO, run_info, "MESH [--json]", "counts and classes of the mesh",
-     "Counts the input mesh and its faces by class: ordinary (bicubic), polar, p3 p4 p5\n"
-     "(triangles, quads and pentagons beside irregular vertices), ngon (split: six corners and\n"
-     "more, at inner vertices of two edges, or alone on one side of a crease). bytes is what\n"
-     "topology and patches occupy. For triangle meshes also the cosine between vertex normals\n"
-     "and triangle normals, and how many edges are convex, concave, or neither (inflection).\n\n"
+     "Counts the input mesh and its faces by class of the scheme pm: ordinary (bicubic), polar,\n"
+     "p3 p4 p5 (triangles, quads and pentagons beside irregular vertices), ngon (split: six\n"
+     "corners and more, at inner vertices of two edges, or alone on one side of a crease).\n"
+     "bytes is what topology and patches occupy. For triangle meshes also the cosine between\n"
+     "vertex normals and triangle normals, and how many edges are convex, concave, or neither\n"
+     "(inflection): by the normals that --normals names, averaged ones for pm.\n\n"
      "Examples:\n"
      "    patchsurf info spot.obj\n"
-     "    patchsurf info spot.obj --json\n"},
+     "    patchsurf info cow.obj --normals input --json\n"},
     {"tessellate", TESSELLATE, run_tessellate, "MESH -o OUT", "the smooth surface as triangles",
      "Writes the smooth surface as a triangle mesh with normals, and with texture coordinates\n"
-     "where the input has them; vertices on their seams and on hard edges are split. The name\n"
-     "of OUT decides the format: .obj, .ply (binary) or .glb; - writes OBJ to standard output.\n"
-     "OUT appears when it is complete.\n\n"
+     "where the input has them; vertices on their seams and on hard edges are split. Normals\n"
+     "are those that the scheme shades with: pn and smoothed_n have their own, the others the\n"
+     "surface's. The name of OUT decides the format: .obj, .ply (binary) or .glb; - writes OBJ\n"
+     "to standard output. OUT appears when it is complete.\n\n"
      "Examples:\n"
      "    patchsurf tessellate spot.obj -o smooth.glb\n"
      "    patchsurf tessellate spot.ply -o smooth.ply --rate 16 --blend 0.3\n"
      "    patchsurf tessellate part.obj -o smooth.glb --crease-angle 40\n"
+     "    patchsurf tessellate cow.obj -o smooth.glb --scheme wm --normals average\n"
+     "    patchsurf tessellate cow.obj -o smooth.glb --scheme smoothed_n --variant final\n"
      "    patchsurf tessellate - -o - < spot.obj > smooth.obj\n"},
     {"patches", PATCHES, run_patches, "MESH [-o OUT.json]", "control points of the patches",
-     "Writes the patches as JSON: face, sector (piece of a split face), kind and control points,\n"
-     "ordered by kind, then by face. The header documents the order of the points.\n\n"
+     "Writes the patches as JSON: face, sector (piece of a split face), kind and all that is\n"
+     "stored of it, ordered by kind, then by face. The header documents the order of the points.\n\n"
      "Examples:\n"
      "    patchsurf patches spot.obj\n"
+     "    patchsurf patches cow.obj --scheme hybrid\n"
      "    patchsurf patches spot.obj -o spot.json\n"},
     {"sample", SAMPLE, run_sample, "MESH [-o OUT.csv] [--curvature]",
      "points and normals as a table",
      "Writes positions and unit normals at R+1 samples per edge as CSV, face by face, v outer\n"
-     "and u inner; faces of five and more corners sector by sector, lines that two sectors\n"
-     "share in both. These are exactly the bits that tessellation writes. Curvature that does\n"
+     "and u inner; faces of five and more corners sector by sector (triangles round the centre,\n"
+     "for schemes but pm the pieces that the face is split into), lines that two sectors share\n"
+     "in both. These are exactly the bits that tessellation writes. Curvature that does\n"
      "not exist, at poles for instance, is left empty; the mean curvature of a sphere seen from\n"
-     "outside is negative.\n\n"
+     "outside is negative. Normals are the surface's, whatever the scheme shades with.\n\n"
      "Examples:\n"
      "    patchsurf sample spot.obj --rate 4\n"
+     "    patchsurf sample cow.obj --scheme png1 --curvature\n"
      "    patchsurf sample spot.obj --curvature -o spot.csv\n"},
     {"check", CHECK, run_check, "MESH [--json]", "compares shared edges from both sides",
      "Compares the samples of every edge as its two faces have them: positions must agree bit\n"
      "for bit; the largest angle between normals is printed. Normals are not compared on sharp\n"
      "edges, which are hard or have a blend ratio of 0 at an end, nor where they are degenerate:\n"
      "on edges shorter than 1e-5 of the bounding box diagonal, beside faces with an angle under\n"
-     "0.5 degrees, at tips of slits, and where a normal is zero; such edges are listed. Faces\n"
-     "count from 0. Exit status 1 on a crack or a value that is not finite.\n\n"
+     "0.5 degrees, at tips of slits, and where a normal is zero; such edges are listed, and so\n"
+     "are fallback edges, where the scheme's construction is singular and fell back to a simpler\n"
+     "one. Faces count from 0. Exit status 1 on a crack or a value that is not finite.\n\n"
      "Examples:\n"
      "    patchsurf check spot.obj\n"
-     "    patchsurf check spot.obj --rate 33 --json\n"},
+     "    patchsurf check spot.obj --rate 33 --json\n"
+     "    patchsurf check cow.obj --scheme hybrid\n"},
+    {"report", REPORT, run_report, "TABLE [MESH] [--step N] [--json] [--svg FILE]",
+     "the published tables, computed anew",
+     "Reproduces the tables of the papers in double precision, beside the printed figures.\n"
+     "    sphere     distance to the unit sphere: an icosahedron, each triangle split in four N\n"
+     "               times; 231 samples a triangle\n"
+     "    torus      distance to a torus of N x N quads in halves; and of its normals\n"
+     "    curvature  Gaussian curvature at 171 inner samples a triangle: sphere, torus, and MESH\n"
+     "    costs      operations that the blended control points of a sample take, counted\n"
+     "    patches    control points a facet, patches by kind, evaluations at N samples an edge\n"
+     "std is the true standard deviation, std_printed that of the papers' tables of distances,\n"
+     "which took deviations from half the mean.\n\n"
+     "Examples:\n"
+     "    patchsurf report sphere\n"
+     "    patchsurf report torus --step 40 --json\n"
+     "    patchsurf report sphere --step 4 --svg sphere.svg\n"
+     "    patchsurf report curvature cow.obj --scheme png1\n"},
 };
 
 /* ---- options --------------------------------------------------------------------------------- */
 
+static NORETURN void fail_option(const char *name, const char *takes, const char *value)
+{
+    fail("patchsurf", 0, "%s takes %s, not %s", name, takes, value);
+}
+
+static double to_option(const char *name, const char *takes, const char *value, double low,
+                        double high)
+{
+    char *end;
+    double number = strtod(value, &end);
+    if (end == value || *end || !(number >= low && number <= high)) fail_option(name, takes, value);
+    return number;
+}
+
+static int64_t to_whole_option(const char *name, const char *takes, const char *value, int64_t low,
+                               int64_t high)
+{
+    const char *at = value, *end = value + strlen(value);
+    int64_t number;
+    if (!scan_integer(&at, end, &number) || at != end || number < low || number > high) {
+        fail_option(name, takes, value);
+    }
+    return number;
+}
+
+/* The place of a value among names, of which NULL is the last. */
+static int to_choice(const char *name, const char *takes, const char *const *names,
+                     const char *value)
+{
+    int i;
+    for (i = 0; names[i]; i++) {
+        if (strcmp(value, names[i]) == 0) return i;
+    }
+    fail_option(name, takes, value);
+}
+
 static void set_output(options *o, const char *value) { o->output = value; }
+static void set_svg(options *o, const char *value) { o->svg = value; }
 static void set_json(options *o, const char *value) { (void)value; o->json = true; }
 static void set_curvature(options *o, const char *value) { (void)value; o->curvature = true; }
 static void set_quiet(options *o, const char *value) { (void)o; (void)value; quiet = true; }
 static void set_help(options *o, const char *value) { (void)value; o->help = true; }
+static void set_version(options *o, const char *value) { (void)value; o->version = true; }
 
+/* wm is a second name of cubic_wm_b1; mixed needs a scheme for each face, which no file has. */
 static void set_scheme(options *o, const char *value)
 {
+    char names[200] = "wm";
     int i;
-    for (i = 0; i < PSURF_SCHEME_COUNT; i++) {
-        if (strcmp(value, psurf_scheme_name((psurf_scheme)i)) == 0) {
-            o->scheme = (psurf_scheme)i;
-            return;
-        }
+    o->scheme_name = value;
+    o->scheme = PSURF_WM;
+    if (strcmp(value, "wm") == 0) return;
+    for (i = 0; i < PSURF_MIXED; i++) {
+        const char *name = psurf_scheme_name((psurf_scheme)i);
+        o->scheme = (psurf_scheme)i;
+        if (strcmp(value, name) == 0) return;
+        snprintf(names + strlen(names), sizeof names - strlen(names), ", %s", name);
     }
-    fail("patchsurf", 0, "unknown scheme %s; this version has pm", value);
+    fail("patchsurf", 0, "unknown scheme %s; there are %s", value, names);
 }
 
 static void set_rate(options *o, const char *value)
 {
-    const char *at = value, *end = value + strlen(value);
-    int64_t rate;
-    if (!scan_integer(&at, end, &rate) || at != end || rate < 1 || rate > PSURF_MAX_RATE) {
-        fail("patchsurf", 0, "--rate takes a whole number from 1 to %u, not %s", PSURF_MAX_RATE,
-             value);
-    }
-    o->rate = (uint32_t)rate;
+    char takes[48];
+    snprintf(takes, sizeof takes, "a whole number from 1 to %u", PSURF_MAX_RATE);
+    o->rate = (uint32_t)to_whole_option("--rate", takes, value, 1, PSURF_MAX_RATE);
+}
+
+static void set_step(options *o, const char *value)
+{
+    o->step = to_whole_option("--step", "a whole number from 0", value, 0, 1000000);
 }
 
 static void set_blend(options *o, const char *value)
 {
-    char *end;
-    o->blend = strtof(value, &end);
+    o->blend = (float)to_option("--blend", "a number from 0 to 1", value, 0, 1);
     o->has_blend = true;
-    if (end == value || *end || !(o->blend >= 0 && o->blend <= 1)) {
-        fail("patchsurf", 0, "--blend takes a number from 0 to 1, not %s", value);
-    }
 }
 
 static void set_crease_angle(options *o, const char *value)
 {
-    char *end;
-    o->crease_angle = strtod(value, &end);
+    o->crease_angle = to_option("--crease-angle", "degrees from 0 to 180", value, 0, 180);
     o->has_crease_angle = true;
-    if (end == value || *end || !(o->crease_angle >= 0 && o->crease_angle <= 180)) {
-        fail("patchsurf", 0, "--crease-angle takes degrees from 0 to 180, not %s", value);
-    }
 }
 
-/* The one scheme of this version takes no normals, so there is nothing to remember. */
 static void set_normals(options *o, const char *value)
 {
-    (void)o;
-    if (strcmp(value, "input") != 0 && strcmp(value, "average") != 0
-        && strcmp(value, "average-area") != 0 && strcmp(value, "limit") != 0) {
-        fail("patchsurf", 0, "--normals takes input, average, average-area or limit, not %s",
-             value);
-    }
+    static const char *const names[] = {"input", "average", "average-area", "limit", NULL};
+    o->normals = NORMALS_INPUT + to_choice("--normals", "input, average, average-area or limit",
+                                           names, value);
 }
+
+static void set_variant(options *o, const char *value)
+{
+    static const char *const names[] = {"g1", "final", "intermediate", NULL};
+    o->variant = (psurf_variant)to_choice("--variant", "intermediate, final or g1", names, value);
+}
+
+static void set_shading(options *o, const char *value)
+{
+    static const char *const names[] = {"linear", "quadratic", "exact", NULL};
+    o->shading = (psurf_shading)to_choice("--shading", "linear, quadratic or exact", names, value);
+}
+
+static void set_plane(options *o, const char *value)
+{
+    static const char *const names[] = {"bisector", "normals", NULL};
+    if (to_choice("--plane", "bisector or normals", names, value)) o->flags |= PSURF_PLANE_NORMALS;
+}
+
+static void set_sigma(options *o, const char *value)
+{
+    o->sigma = (float)to_option("--sigma", "a finite number", value, -(double)FLT_MAX,
+                                (double)FLT_MAX);
+    o->flags |= PSURF_SIGMA;
+}
+
+static void set_coons(options *o, const char *value) { (void)value; o->flags |= PSURF_COONS; }
+static void set_folds(options *o, const char *value) { (void)value; o->flags |= PSURF_FOLDS; }
+static void set_flat(options *o, const char *value) { (void)value; o->flags |= PSURF_NEARLY_FLAT; }
+
+enum { ANY_SCHEME = 0, OF_PM = 1u << PSURF_PM, OF_PN = 1u << PSURF_PN,
+       OF_N = 1u << PSURF_SMOOTHED_N, OF_HYBRID = 1u << PSURF_HYBRID };
 
 static const struct option {
     const char *name, *value;           /* value: what its argument is called, or NULL */
-    unsigned commands;
+    unsigned commands, schemes;
     void (*set)(options *o, const char *value);
     const char *help;
 } option_table[] = {
-    {"-o", "OUT", TESSELLATE | PATCHES | SAMPLE, set_output, "file to write; - is standard output"},
-    {"--json", NULL, INFO | CHECK, set_json, "print one JSON object"},
-    {"--curvature", NULL, SAMPLE, set_curvature, "add Gaussian and mean curvature"},
-    {"--scheme", "S", EVERY, set_scheme, "the surface: pm (default)"},
-    {"--rate", "R", EVERY, set_rate, "segments per edge, 1 to 16384 (default 8)"},
-    {"--blend", "A", EVERY, set_blend,
-     "blend ratio of edges without a tag: 0 sharp, 2/3 (default) B-spline, 1 soft"},
-    {"--crease-angle", "DEG", EVERY, set_crease_angle, "edges folded more sharply become hard"},
-    {"--normals", "N", EVERY, set_normals,
-     "input, average, average-area or limit; pm needs none and ignores a file's"},
-    {"--quiet", NULL, EVERY, set_quiet, "no warnings and no progress bar"},
-    {"--help", NULL, EVERY, set_help, "this text"},
+    {"-o", "OUT", TESSELLATE | PATCHES | SAMPLE, ANY_SCHEME, set_output,
+     "file to write; - is standard output"},
+    {"--json", NULL, INFO | CHECK | REPORT, ANY_SCHEME, set_json, "print one JSON object"},
+    {"--step", "N", REPORT, ANY_SCHEME, set_step, "this refinement step, not those of the papers"},
+    {"--svg", "FILE", REPORT, ANY_SCHEME, set_svg,
+     "plot mean distances against the steps up to N (sphere, torus)"},
+    {"--curvature", NULL, SAMPLE, ANY_SCHEME, set_curvature, "add Gaussian and mean curvature"},
+    {"--scheme", "S", EVERY, ANY_SCHEME, set_scheme,
+     "the surface: pm (default), pn, smoothed_n, hybrid, png1,\n"
+     "                        wm = cubic_wm_b1, cubic_pn_b1, cubic_wm_b2, cubic_pn_b2"},
+    {"--variant", "V", EVERY, OF_N, set_variant, "smoothed_n: g1 (default), final or intermediate"},
+    {"--sigma", "X", EVERY, OF_PN | OF_N, set_sigma,
+     "pn, smoothed_n: how far the inside is drawn out (default 0.5)"},
+    {"--coons", NULL, EVERY, OF_PN, set_coons, "pn: the inside of quads by the Coons rule"},
+    {"--folds", NULL, EVERY, OF_N, set_folds,
+     "smoothed_n final: folds beyond 90 degrees are not flat"},
+    {"--nearly-flat", NULL, EVERY, OF_N, set_flat,
+     "smoothed_n final: edges below 11 degrees count as flat"},
+    {"--plane", "P", EVERY, OF_HYBRID, set_plane,
+     "hybrid: bisector (default) of the faces, or normals"},
+    {"--shading", "N", MESHES, OF_N, set_shading,
+     "smoothed_n: linear (default), quadratic or exact normals"},
+    {"--normals", "N", EVERY, ANY_SCHEME, set_normals,
+     "input, average, average-area or limit, all schemes but pm;\n"
+     "                        default: input where every corner has one, else average"},
+    {"--rate", "R", MESHES, ANY_SCHEME, set_rate, "segments per edge, 1 to 16384 (default 8)"},
+    {"--blend", "A", MESHES, OF_PM, set_blend,
+     "pm: blend ratio of edges without a tag: 0 sharp, 2/3 (default)\n"
+     "                        B-spline, 1 soft"},
+    {"--crease-angle", "DEG", EVERY, ANY_SCHEME, set_crease_angle,
+     "edges folded more sharply become hard"},
+    {"--quiet", NULL, EVERY, ANY_SCHEME, set_quiet, "no warnings and no progress bar"},
+    {"--help", NULL, EVERY, ANY_SCHEME, set_help, "this text"},
+    {"--version", NULL, EVERY, ANY_SCHEME, set_version, "name and version"},
 };
 
 enum { COMMAND_COUNT = sizeof commands / sizeof *commands,
        OPTION_COUNT = sizeof option_table / sizeof *option_table };
+
+/* Options that the scheme does not have. */
+static void check_schemes(const options *o)
+{
+    int i, k;
+    for (i = 0; i < OPTION_COUNT; i++) {
+        char names[80] = "";
+        const unsigned schemes = option_table[i].schemes;
+        if (!(o->given >> i & 1) || !schemes || schemes >> o->scheme & 1) continue;
+        for (k = 0; k < PSURF_SCHEME_COUNT; k++) {
+            if (!(schemes >> k & 1)) continue;
+            snprintf(names + strlen(names), sizeof names - strlen(names), "%s%s",
+                     *names ? " and " : "", psurf_scheme_name((psurf_scheme)k));
+        }
+        fail("patchsurf", 0, "%s goes with %s, not with %s", option_table[i].name, names,
+             psurf_scheme_name(o->scheme));
+    }
+    if (o->flags & (PSURF_FOLDS | PSURF_NEARLY_FLAT) && o->variant != PSURF_N_FINAL) {
+        fail("patchsurf", 0, "%s goes with --variant final alone",
+             o->flags & PSURF_FOLDS ? "--folds" : "--nearly-flat");
+    }
+}
 
 static void print_help(FILE *file, const struct command *command)
 {
@@ -2233,6 +2792,8 @@ static void print_help(FILE *file, const struct command *command)
           "\"t crease\" of a sharpness s >= 10 makes an edge hard: a smooth curve with one normal\n"
           "on each side; below, it sets the blend ratio (2/3) 2^-s at both ends. \"t corner\" of\n"
           "s >= 10 keeps a vertex in place where two or more hard or boundary edges meet.\n"
+          "Schemes other than pm take vertex normals: those of the file (vn; nx ny nz), which make an\n"
+          "edge hard where its sides differ by a degree or more, or computed ones.\n"
           "Meshes far from the origin are computed about their middle and written where they are.\n"
           "Exit status: 0 done, 1 a check failed, 2 bad usage or bad input.\n", file);
 }
@@ -2240,7 +2801,8 @@ static void print_help(FILE *file, const struct command *command)
 static void print_overview(FILE *file)
 {
     int i;
-    fputs("Usage: patchsurf COMMAND MESH [options]\n\n"
+    fputs("Usage: patchsurf COMMAND MESH [options]\n"
+          "       patchsurf report TABLE [MESH] [options]\n\n"
           "Turns a polygon mesh into a smooth surface.\n\nCommands:\n", file);
     for (i = 0; i < COMMAND_COUNT; i++) {
         fprintf(file, "    %-11s %s\n", commands[i].name, commands[i].summary);
@@ -2272,10 +2834,41 @@ static int read_option(const struct command *command, options *o, char **argumen
         if (option->value && !value) fail("patchsurf", 0, "%s needs a value", name);
         if (!option->value && equals) fail("patchsurf", 0, "%s takes no value", option->name);
         option->set(o, value);
+        o->given |= 1u << i;
         return option->value && !equals ? 2 : 1;
     }
     fail("patchsurf", 0, "%s has no option %s; patchsurf %s --help lists them", command->name, name,
          command->name);
+}
+
+static void take_argument(const struct command *command, options *o, const char *argument)
+{
+    if (command->bit == REPORT && !o->table) {
+        o->table = argument;
+    } else {
+        if (o->input) fail("patchsurf", 0, "one mesh at a time, not %s as well", argument);
+        o->input = argument;
+    }
+}
+
+/* What is missing, and what does not go together: before anything is computed. */
+static void check_arguments(const struct command *command, const options *o)
+{
+    report_desc r;
+    if (command->bit == REPORT) {
+        if (!HAS_REPORT) fail("patchsurf", 0, "this program was built without report.c");
+        if (!o->table) fail("patchsurf", 0, "report needs a table: report %s", command->usage);
+        r = describe_report(o);
+        check_report(&r);
+    } else if (!o->input) {
+        fail("patchsurf", 0, "%s needs a mesh: %s %s", command->name, command->name,
+             command->usage);
+    }
+    check_schemes(o);
+    if (command->bit == TESSELLATE) {
+        if (!o->output) fail("patchsurf", 0, "tessellate needs -o OUT");
+        find_writer(o->output);
+    }
 }
 
 static void read_arguments(const struct command *command, options *o, char **arguments)
@@ -2284,24 +2877,19 @@ static void read_arguments(const struct command *command, options *o, char **arg
         if ((*arguments)[0] == '-' && (*arguments)[1]) {
             arguments += read_option(command, o, arguments);
         } else {
-            if (o->input) fail("patchsurf", 0, "one mesh at a time, not %s as well", *arguments);
-            o->input = *arguments++;
+            take_argument(command, o, *arguments++);
         }
     }
-    if (o->help) return;
-    if (!o->input) fail("patchsurf", 0, "%s needs a mesh: %s %s", command->name, command->name,
-                        command->usage);
-    if (command->bit == TESSELLATE) {
-        if (!o->output) fail("patchsurf", 0, "tessellate needs -o OUT");
-        find_writer(o->output);         /* a bad name should not cost a long computation */
-    }
+    if (o->help || o->version) return;
+    check_arguments(command, o);
+    if (command->bit != REPORT && !o->scheme_name) o->scheme_name = psurf_scheme_name(o->scheme);
 }
 
 /* Help and version, which need no mesh. */
-static int print_text(const char *first, const struct command *command)
+static int print_text(bool version, const struct command *command)
 {
     output out = open_output(NULL);
-    if (strcmp(first, "--version") == 0) fprintf(out.file, "%s\n", PROGRAM);
+    if (version) fprintf(out.file, "%s\n", PROGRAM);
     else if (command) print_help(out.file, command);
     else print_overview(out.file);
     close_output(&out);
@@ -2316,23 +2904,24 @@ int main(int argc, char **argv)
     int status;
     memset(&o, 0, sizeof o);
     o.rate = 8;
+    o.step = -1;
     if (argc < 2) {
         print_overview(stderr);
         return EXIT_BAD;
     }
     if (strcmp(argv[1], "--version") == 0 || strcmp(argv[1], "--help") == 0) {
-        return print_text(argv[1], NULL);
+        return print_text(strcmp(argv[1], "--version") == 0, NULL);
     }
     command = find_command(argv[1]);
     read_arguments(command, &o, argv + 2);
-    if (o.help) return print_text(argv[1], command);
+    if (o.help || o.version) return print_text(!o.help, command);
     signal(SIGINT, on_signal);
     signal(SIGTERM, on_signal);
     bar.enabled = !quiet && isatty(fileno(stderr));
     bar.next = clock() + CLOCKS_PER_SEC / 2;
-    read_mesh(&m, o.input);
-    status = command->run(&m, &o);
+    if (o.input) read_mesh(&m, o.input);
+    status = command->run(o.input ? &m : NULL, &o);
     clear_bar();
-    free_mesh(&m);
+    if (o.input) free_mesh(&m);
     return status;
 }

@@ -22,13 +22,16 @@ import sys
 import tempfile
 import time
 import unittest
+import xml.etree.ElementTree
 from collections import Counter
 
 import check_cracks
 import count_mesh
 
 TOOL = os.path.abspath(sys.argv[1]) if len(sys.argv) > 1 else "build/patchsurf"
-COMMANDS = ("info", "tessellate", "patches", "sample", "check")
+COMMANDS = ("info", "tessellate", "patches", "sample", "check")    # and report, which needs no mesh
+SCHEMES = ("pm", "pn", "smoothed_n", "hybrid", "png1", "wm", "cubic_wm_b1", "cubic_pn_b1",
+           "cubic_wm_b2", "cubic_pn_b2")
 
 
 # ---- meshes: (vertices, faces), faces count from 0 -----------------------------------------------
@@ -115,6 +118,94 @@ def about_origin(mesh):
 def obj(mesh, extra=""):
     lines = ["v %r %r %r" % tuple(map(float, p)) for p in mesh[0]]
     lines += ["f " + " ".join(str(v + 1) for v in face) for face in mesh[1]]
+    return "\n".join(lines) + "\n" + extra
+
+
+def icosahedron():
+    """Inscribed in the unit sphere, seen from outside counter-clockwise."""
+    golden = (1 + math.sqrt(5)) / 2
+    turned = [(0, a, b * golden) for a in (1, -1) for b in (1, -1)]
+    turned += [p[1:] + p[:1] for p in turned] + [p[2:] + p[:2] for p in turned]
+    vertices = [unit(p) for p in turned]
+    faces = []
+    for a, b, c in itertools.combinations(range(12), 3):
+        p, q, r = (vertices[k] for k in (a, b, c))
+        if max(math.dist(p, q), math.dist(q, r), math.dist(r, p)) < 1.1:
+            faces.append((a, b, c) if dot(cross(minus(q, p), minus(r, p)), p) > 0 else (a, c, b))
+    assert len(faces) == 20
+    return vertices, faces
+
+
+def flat_torus(size):
+    """The torus of the papers: radii 1 and 1/2, size x size quads from the inner equator on."""
+    vertices = []
+    for i, j in itertools.product(range(size), repeat=2):
+        a, b = 2 * math.pi * i / size, math.pi + 2 * math.pi * j / size
+        r = 1 + math.cos(b) / 2
+        vertices.append((r * math.cos(a), r * math.sin(a), math.sin(b) / 2))
+    at = lambda i, j: i % size * size + j % size
+    return vertices, [(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1))
+                      for i in range(size) for j in range(size)]
+
+
+def halves(mesh):
+    """Every quad cut in two."""
+    return mesh[0], [t for a, b, c, d in mesh[1] for t in ((a, b, c), (a, c, d))]
+
+
+def minus(p, q):
+    return tuple(x - y for x, y in zip(p, q))
+
+
+def dot(p, q):
+    return sum(x * y for x, y in zip(p, q))
+
+
+def unit(p):
+    return tuple(x / math.sqrt(dot(p, p)) for x in p)
+
+
+def cross(a, b):
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def combine(*terms):
+    """Sum of weight, point, weight, point ..."""
+    return tuple(sum(w * p[k] for w, p in zip(terms[::2], terms[1::2])) for k in range(3))
+
+
+def flat_normal(mesh, face):
+    """Newell's, of length twice the area."""
+    corners = [mesh[0][v] for v in mesh[1][face]]
+    return tuple(map(sum, zip(*(cross(p, q) for p, q in zip(corners, corners[1:] + corners[:1])))))
+
+
+def mean_normals(mesh, by_area=False):
+    """Per vertex: the mean of the faces' unit normals, or of their normals by area."""
+    sums = [(0, 0, 0)] * len(mesh[0])
+    for f, face in enumerate(mesh[1]):
+        n = flat_normal(mesh, f)
+        for v in face:
+            sums[v] = combine(1, sums[v], 1, n if by_area else unit(n))
+    return [unit(n) if any(n) else n for n in sums]
+
+
+def obj_normals(mesh, normal_of, extra=""):
+    """normal_of(face number, corner number) gives the normal of a face corner, or None."""
+    lines = ["v %r %r %r" % tuple(map(float, p)) for p in mesh[0]]
+    known = {}
+    for f, face in enumerate(mesh[1]):
+        line = "f"
+        for i, v in enumerate(face):
+            n = normal_of(f, i)
+            if n is None:
+                line += " %d" % (v + 1)
+                continue
+            if n not in known:
+                known[n] = len(known) + 1
+                lines.append("vn %r %r %r" % tuple(map(float, n)))
+            line += " %d//%d" % (v + 1, known[n])
+        lines.append(line)
     return "\n".join(lines) + "\n" + extra
 
 
@@ -367,11 +458,6 @@ class Info(ToolTest):
         mesh = jitter((vertices, triangles))
         points = [tuple(map(float32, p)) for p in mesh[0]]
 
-        minus = lambda p, q: [x - y for x, y in zip(p, q)]
-        dot = lambda p, q: sum(x * y for x, y in zip(p, q))
-        unit = lambda p: [x / math.sqrt(dot(p, p)) for x in p]
-        cross = lambda a, b: [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                              a[0] * b[1] - a[1] * b[0]]
         flat = [unit(cross(minus(points[b], points[a]), minus(points[c], points[a])))
                 for a, b, c in triangles]
         smooth = [unit([sum(x) for x in zip(*(n for n, t in zip(flat, triangles) if v in t))])
@@ -388,7 +474,7 @@ class Info(ToolTest):
         info = self.info(obj(mesh))
         for key, value in dict(cos_mean=mean, cos_min=min(cosines), cos_max=max(cosines),
                                cos_std=math.sqrt(sum((c - mean) ** 2 for c in cosines)
-                                                 / len(cosines))).items():
+                                                 / (len(cosines) - 1))).items():
             self.assertAlmostEqual(info[key], value, places=12)
         self.assertTrue(all(bends.values()) and len(bends) == 3, bends)
         self.assertEqual({key: info[key] for key in bends}, bends)
@@ -727,7 +813,7 @@ class Patches(ToolTest):
 
 class Check(ToolTest):
     KEYS = ["samples", "cracks", "max_normal_deg", "sharp_edges", "nonfinite", "degenerate_normals",
-            "worst_face"]
+            "worst_face", "fallback_edges"]
 
     def check(self, text, *options):
         """Of a mesh without tags or with them: what check finds."""
@@ -777,12 +863,758 @@ class Check(ToolTest):
         self.assertEqual(found, sharp)
         line = obj(([(x, 0, 0) for x, y, z in grid(9, 9)[0]], grid(9, 9)[1]))
         lines = self.ok("check", self.write(line)).splitlines()
-        self.assertEqual((len(lines), lines[-1]), (7 + 20 + 1, "degenerate edge     ... and more"))
+        self.assertEqual((len(lines), lines[-1]), (8 + 20 + 1, "degenerate edge     ... and more"))
 
     def test_text(self):
         result = self.check(obj(CUBE))
         text = dict(line.split() for line in self.ok("check", "mesh.obj").splitlines())
         self.assertEqual({key: float(value) for key, value in text.items()}, result)
+
+
+KINDS = {                               # of triangles: name and points
+    "pm": ("p3", 19), "pn": ("pn_tri", 16), "smoothed_n": ("npatch", 19), "hybrid": ("hybrid", 22),
+    "png1": ("png1", 25), "wm": ("ribbon", 19), "cubic_wm_b1": ("ribbon", 19),
+    "cubic_pn_b1": ("ribbon", 19), "cubic_wm_b2": ("ribbon_b2", 19),
+    "cubic_pn_b2": ("ribbon_b2", 19)}
+
+
+class Schemes(ToolTest):
+    """The schemes that take normals, and their options."""
+
+    def patches(self, text, *options):
+        return json.loads(self.ok("patches", self.write(text), *options))
+
+    def test_patches(self):
+        mesh = jitter(icosahedron())
+        for scheme in SCHEMES:
+            result = self.patches(obj(mesh), "--scheme", scheme)
+            self.assertEqual(result["scheme"], scheme)
+            self.assertEqual(sorted(p["face"] for p in result["patches"]), list(range(20)))
+            for p in result["patches"]:
+                self.assertEqual((p["kind"], len(p["points"]), p["sector"]), (*KINDS[scheme], 0))
+        wm, other = (self.patches(obj(mesh), "--scheme", s) for s in ("wm", "cubic_wm_b1"))
+        self.assertEqual(wm["patches"], other["patches"])
+
+    def test_passes_through_vertices(self):
+        """Corners are the vertices, with the normals of the file to within rounding."""
+        rng = random.Random(3)
+        for mesh in (jitter(icosahedron()), jitter(house()), grid(3, 2)):
+            normals = [unit(combine(1, n, 0.2, [rng.uniform(-1, 1) for _ in range(3)]))
+                       for n in mean_normals(mesh)]
+            text = obj_normals(mesh, lambda f, i: normals[mesh[1][f][i]])
+            for scheme in SCHEMES[1:]:
+                rows = self.samples(text, "--scheme", scheme, "--rate", 1)
+                seen = {tuple(map(float32, p)): n for p, n in zip(mesh[0], normals)}
+                for row in rows:
+                    p = tuple(map(float32, map(float, row[4:7])))
+                    self.assertIn(p, seen)
+                    self.assertLess(math.dist(map(float, row[7:10]), seen[p]), 1e-5, (scheme, row))
+
+    def test_order_and_domain(self):
+        """Faces of five and more corners are fans of quads, or of triangles."""
+        mesh, step = prism(7), lambda i, rate: float32(i / rate)
+        for scheme, pieces in (("pn", (4, 4, 3)), ("wm", (3,) * 5), ("smoothed_n", (3,) * 5)):
+            for rate in (1, 3):
+                expected = []
+                for f, face in enumerate(mesh[1]):
+                    for sector, size in enumerate(pieces if f < 2 else (4,)):
+                        for v in range(rate + 1):
+                            row = rate + 1 if size == 4 else rate + 1 - v
+                            expected += [(f, sector, step(u, rate), step(v, rate))
+                                         for u in range(row)]
+                rows = self.samples(obj(mesh), "--scheme", scheme, "--rate", rate)
+                self.assertEqual([(int(r[0]), int(r[1]), float32(float(r[2])),
+                                   float32(float(r[3]))) for r in rows], expected)
+                lines = {(r[0], int(r[1]), r[2], r[3]): r[4:] for r in rows if int(r[0]) < 2}
+                for (face, sector, u, v), rest in lines.items():
+                    if u == "0" and sector + 1 < len(pieces):      # where two sectors meet
+                        self.assertEqual(lines[face, sector + 1, v, u], rest)
+
+    def test_same_bits_as_tessellation(self):
+        for mesh in (jitter(house()), prism(6), grid(2, 2)):
+            text = obj(mesh)
+            for scheme in SCHEMES[1:]:
+                points = self.surface(text, "--rate", 5, "--scheme", scheme)[0]
+                rows = self.samples(text, "--rate", 5, "--scheme", scheme)
+                self.assertEqual({tuple(map(float, r[4:7])) for r in rows}, set(points), scheme)
+
+    def test_no_cracks(self):
+        """On mixed faces, hard edges and normals that differ across edges."""
+        rng = random.Random(9)
+        for mesh in (house(), ball(7, 5), prism(6), grid(3, 3), OCTAHEDRON, torus(5, 4)):
+            mesh = jitter(mesh)
+            hard = [e for e in edges_of(mesh[1]) if rng.random() < 0.2]
+            flat = [unit(flat_normal(mesh, f)) for f in range(len(mesh[1]))]
+            mean = mean_normals(mesh)
+            some = lambda f, i: flat[f] if f % 3 == 0 else mean[mesh[1][f][i]]
+            for text in (obj(mesh), obj(mesh, creases(map(sorted, hard))),
+                         obj_normals(mesh, some)):
+                for scheme in SCHEMES[1:]:
+                    self.write(text)
+                    for rate in (1, 3, 8):
+                        result = json.loads(self.ok("check", "mesh.obj", "--json", "--rate", rate,
+                                                    "--scheme", scheme))
+                        self.assertEqual((result["cracks"], result["nonfinite"]), (0, 0), scheme)
+                    csv = self.ok("sample", "mesh.obj", "--rate", 3, "--scheme", scheme)
+                    if all(len(f) < 5 for f in mesh[1]):
+                        samples = check_cracks.Samples(csv, mesh[1], 3)
+                        pairs = check_cracks.shared_sides(mesh[1])
+                        self.assertEqual(check_cracks.compare(samples, mesh[1], pairs,
+                                                              self.fail)[1], 0)
+
+    def test_smooth(self):
+        """G1 where a scheme promises it, and kinks as they were measured where it does not."""
+        mesh = halves(flat_torus(5))
+        text = obj(mesh)
+        angle = lambda *options: json.loads(self.ok("check", self.write(text), "--json", "--rate",
+                                                    20, *options))["max_normal_deg"]
+        for scheme in ("smoothed_n", "hybrid", "png1", "wm", "cubic_pn_b1"):
+            self.assertLess(angle("--scheme", scheme), 0.01)
+        for options, kink in ((("cubic_wm_b2",), 1.95), (("cubic_pn_b2",), 2.3), (("pn",), 41),
+                              (("smoothed_n", "--variant", "final"), 22),
+                              (("smoothed_n", "--variant", "intermediate"), 51)):
+            self.assertAlmostEqual(angle("--scheme", *options), kink, delta=0.03 * kink + 0.05)
+
+    def test_flat_cube(self):
+        """A cube with the normals of its faces stays the cube, whatever the scheme."""
+        flat = [unit(flat_normal(CUBE, f)) for f in range(6)]
+        text = obj_normals(CUBE, lambda f, i: flat[f])
+        for scheme in SCHEMES[1:]:
+            self.assertEqual(self.info(text, "--scheme", scheme)["hard_edges"], 12)
+            points, _, normals, _ = self.surface(text, "--scheme", scheme, "--rate", 4)
+            self.assertEqual(len(points), 6 * 25)
+            for p, n in zip(points, normals):
+                axis = max(range(3), key=lambda k: abs(n[k]))
+                self.assertLess(math.dist(n, [round(x) for x in n]), 1e-6)
+                self.assertAlmostEqual(p[axis], n[axis], places=6)
+                self.assertTrue(all(abs(x) <= 1 + 1e-6 for x in p))
+        self.assertNotIn("--scheme", text)
+        self.assertEqual(self.surface(text), self.surface(obj(CUBE)))       # pm ignores them
+
+    def test_hard_tags(self):
+        """On hard edges computed normals have two sides."""
+        for scheme in ("pn", "hybrid", "wm"):
+            for options, extra in ((("--crease-angle", 45), ""), ((), creases(CUBE_EDGES))):
+                self.write(obj(CUBE, extra))
+                check = json.loads(self.ok("check", "mesh.obj", "--json", "--scheme", scheme,
+                                           *options))
+                self.assertEqual((check["sharp_edges"], check["cracks"]), (12, 0))
+                points = self.surface(obj(CUBE, extra), "--scheme", scheme, *options)[0]
+                self.assertTrue(all(abs(x) <= 1 + 1e-6 for p in points for x in p))
+
+    def test_blends_are_pm_alone(self):
+        text = obj(CUBE, creases(CUBE_EDGES, 2))
+        plain = self.surface(obj(CUBE), "--scheme", "wm")
+        self.assertEqual(self.surface(text, "--scheme", "wm", warnings=1), plain)
+        self.assertEqual(self.surface(text, "--scheme", "wm", "--quiet"), plain)
+
+    def test_pn_rules(self):
+        """Inner control points of triangles and quads, sigma and the Coons rule."""
+        mesh = jitter(halves(torus(4, 3)))
+        for sigma in (None, -1, 0, 0.5, 2):
+            options = [] if sigma is None else ["--sigma", sigma]
+            s = 0.5 if sigma is None else sigma
+            for p in self.patches(obj(mesh), "--scheme", "pn", *options)["patches"]:
+                b = p["points"]
+                e = combine(*(x for k in (1, 2, 4, 6, 7, 8) for x in (1 / 6, b[k])))
+                v = combine(*(x for k in (0, 3, 9) for x in (1 / 3, b[k])))
+                self.assertLess(math.dist(b[5], combine(1 + s, e, -s, v)), 1e-5)
+        # Of corner 0: corners, points beside them on the four edges, and the inner points.
+        corners, inner = (0, 3, 15, 12), (5, 6, 10, 9)
+        beside = ((1, 4), (7, 2), (14, 11), (8, 13))            # towards the next, the previous
+        for options, s in (((), 0.5), (("--sigma", "1"), 1), (("--coons",), None)):
+            result = self.patches(obj(jitter(torus(4, 3))), "--scheme", "pn", *options)
+            for p in result["patches"]:
+                self.assertEqual((p["kind"], len(p["points"])), ("pn_quad", 25))
+                g, q = p["points"], [k for pair in beside for k in pair]
+                for i in range(4):
+                    c = [g[corners[(i + k) % 4]] for k in range(4)]
+                    out, back = (g[k] for k in beside[i])
+                    far = [g[k] for k in beside[(i + 2) % 4]]
+                    side = [g[beside[(i + 1) % 4][0]], g[beside[(i + 3) % 4][1]]]
+                    total = combine(*(x for k in q for x in (1, g[k])))
+                    if s is None:
+                        expected = combine(6 / 9, out, 6 / 9, back, 3 / 9, side[0], 3 / 9, side[1],
+                                           -4 / 9, c[0], -2 / 9, c[1], -2 / 9, c[3], -1 / 9, c[2])
+                    else:
+                        e = combine(2 / 18, out, 2 / 18, back, 2 / 18, total, -1 / 18, far[0],
+                                    -1 / 18, far[1])
+                        v = combine(4 / 9, c[0], 2 / 9, c[1], 2 / 9, c[3], 1 / 9, c[2])
+                        expected = combine(1 + s, e, -s, v)
+                    self.assertLess(math.dist(g[inner[i]], expected), 1e-5, options)
+
+    def test_variants(self):
+        text = obj(jitter(halves(torus(5, 4)), size=0.2))
+        names = {}
+        for options in ((), ("--variant", "g1"), ("--variant", "final"),
+                        ("--variant", "intermediate"), ("--variant", "final", "--folds"),
+                        ("--variant", "final", "--nearly-flat"), ("--sigma", "0.9")):
+            names[options] = self.ok("sample", self.write(text), "--scheme", "smoothed_n", *options)
+        self.assertEqual(names[()], names["--variant", "g1"])
+        different = ["--variant", "g1"], ["--variant", "final"], ["--variant", "intermediate"]
+        self.assertEqual(len({names[tuple(o)] for o in different} | {names["--sigma", "0.9"]}), 4)
+
+    def test_folds(self):
+        """A fold beyond 90 degrees counts as flat in the listing, and not with --folds: the kink
+        of a tetrahedron."""
+        mesh = ([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)],
+                [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)])
+        for options, kink in (((), 49.9), (("--folds",), 22)):
+            result = json.loads(self.ok("check", self.write(obj(mesh)), "--json", "--rate", 20,
+                                        "--scheme", "smoothed_n", "--variant", "final", *options))
+            self.assertAlmostEqual(result["max_normal_deg"], kink, delta=1)
+
+    def test_plane(self):
+        text = obj(jitter(icosahedron()))
+        self.write(text)
+        plain = self.ok("sample", "mesh.obj", "--scheme", "hybrid")
+        self.assertEqual(self.ok("sample", "mesh.obj", "--scheme=hybrid", "--plane=bisector"), plain)
+        other = self.ok("sample", "mesh.obj", "--scheme", "hybrid", "--plane", "normals")
+        self.assertNotEqual(other, plain)
+        check = json.loads(self.ok("check", "mesh.obj", "--scheme", "hybrid", "--plane", "normals",
+                                   "--json"))
+        self.assertLess(check["max_normal_deg"], 0.01)
+
+    def test_shading_normals(self):
+        """tessellate writes what a scheme shades with, sample the normal of the surface."""
+        mesh = icosahedron()
+        text = obj_normals(mesh, lambda f, i: mesh[0][mesh[1][f][i]])
+        rate = 4
+
+        def shaded(scheme, *options):
+            points, _, normals, _ = self.surface(text, "--scheme", scheme, "--rate", rate, *options)
+            return dict(zip(points, normals))
+
+        def compare(shade, rows, expected, close=1e-5):
+            for r in rows:
+                p, n = tuple(map(float, r[4:7])), tuple(map(float, r[7:10]))
+                corners = [mesh[0][v] for v in mesh[1][int(r[0])]]
+                u, v = float(r[2]), float(r[3])
+                self.assertLess(math.dist(shade[p], expected(corners, (1 - u - v, u, v), n)), close)
+
+        def linear(n, t, own):
+            return unit(combine(t[0], n[0], t[1], n[1], t[2], n[2]))
+
+        def quadratic(n, t, own):                               # the vertices are their normals
+            parts = [x for k in range(3) for x in (t[k] ** 2, n[k])]
+            for a, b in ((0, 1), (1, 2), (2, 0)):
+                d, s = minus(n[b], n[a]), combine(1, n[a], 1, n[b])
+                h = unit(combine(1, s, -2 * dot(d, s) / dot(d, d), d))
+                parts += [2 * t[a] * t[b], h]
+            return unit(combine(*parts))
+
+        of_surface = lambda n, t, own: own
+        rows = self.samples(text, "--scheme", "smoothed_n", "--rate", rate)
+        compare(shaded("smoothed_n"), rows, linear)
+        compare(shaded("smoothed_n", "--shading", "linear"), rows, linear)
+        compare(shaded("smoothed_n", "--shading", "quadratic"), rows, quadratic)
+        compare(shaded("smoothed_n", "--shading", "exact"), rows, of_surface, 1e-4)
+        rows = self.samples(text, "--scheme", "pn", "--rate", rate)
+        compare(shaded("pn"), rows, quadratic)
+        for scheme in ("hybrid", "png1", "wm"):
+            rows = self.samples(text, "--scheme", scheme, "--rate", rate)
+            compare(shaded(scheme), rows, of_surface, 1e-4)
+
+    def test_curvature(self):
+        """Not at corners, where second derivatives do not exist; inside as it was published."""
+        mesh = icosahedron()
+        self.write(obj_normals(mesh, lambda f, i: mesh[0][mesh[1][f][i]]))
+        for scheme, figures in Report.CURVATURES["sphere", 0].items():
+            header, rows = parse_csv(self.ok("sample", "mesh.obj", "--curvature", "--rate", 20,
+                                             "--scheme", scheme))
+            inside = []
+            for r in rows:
+                u, v = float(r[2]), float(r[3])
+                if max(1 - u - v, u, v) > 0.99:
+                    self.assertEqual((r[10], r[11]), ("", ""), (scheme, r))
+                elif min(1 - u - v, u, v) > 0.01:
+                    inside.append(float(r[10]))
+                    self.assertLess(float(r[11]), 0)
+            self.assertEqual(len(inside), 20 * 171)
+            for value, known in zip((min(inside), max(inside), sum(inside) / len(inside)), figures):
+                self.assertAlmostEqual(value, known, delta=1e-3 * known)
+
+    def test_fallback_edges(self):
+        """Where hybrid's normals lie in its plane: on a cube. They are counted and named."""
+        text = obj(CUBE)
+        result = json.loads(self.ok("check", self.write(text), "--json", "--scheme", "hybrid"))
+        count = result["fallback_edges"]
+        self.assertGreater(count, 0)
+        lines = self.ok("check", "mesh.obj", "--scheme", "hybrid").splitlines()
+        self.assertEqual(lines[7], "fallback_edges      %d" % count)
+        found = set()
+        for line in lines[8:]:
+            a, b, face = map(int, re.fullmatch(
+                r"fallback edge +vertices (\d) and (\d), face (\d)", line).groups())
+            self.assertIn(frozenset((a - 1, b - 1)), edges_of([CUBE[1][face]]))
+            found.add(frozenset((a, b)))
+        self.assertEqual(len(found), count)
+        for scheme in SCHEMES[:3]:
+            self.assertEqual(json.loads(self.ok("check", "mesh.obj", "--json", "--scheme",
+                                                scheme))["fallback_edges"], 0)
+
+    def test_degenerate(self):
+        """No value that is not finite, whatever the normals and the edges."""
+        vertices, faces = OCTAHEDRON
+        opposite = lambda f, i: vertices[faces[f][i]] if i else minus((0, 0, 0), vertices[faces[f][i]])
+        along = lambda f, i: unit(minus(vertices[faces[f][i - 1]], vertices[faces[f][i]]))
+        squashed = [(x, y, 0) for x, y, z in vertices], faces
+        line = [(x, 0, 0) for x, y, z in vertices], faces
+        point = [(0, 0, 0)] * 6, faces
+        single = OCTAHEDRON[0], OCTAHEDRON[1][:1]
+        for text in (obj_normals(OCTAHEDRON, opposite), obj_normals(OCTAHEDRON, along),
+                     obj(squashed), obj(line), obj(point), obj(single)):
+            for scheme in SCHEMES:
+                result = json.loads(self.ok("check", self.write(text), "--json", "--scheme", scheme))
+                self.assertEqual((result["cracks"], result["nonfinite"]), (0, 0), (scheme, text))
+                self.ok("tessellate", "mesh.obj", "-o", "out.glb", "--scheme", scheme)
+
+    def test_options_that_do_not_go(self):
+        self.write(obj(CUBE))
+        run = lambda says, *options: self.bad("sample", "mesh.obj", *options,
+                                              says="patchsurf: " + says)
+        for option, schemes in ((["--variant", "g1"], ["smoothed_n"]), (["--coons"], ["pn"]),
+                                (["--sigma", "1"], ["pn", "smoothed_n"]),
+                                (["--plane", "normals"], ["hybrid"]), (["--blend", "1"], ["pm"]),
+                                (["--shading", "exact"], ["smoothed_n"])):
+            for scheme in SCHEMES:
+                if scheme not in schemes:
+                    run("%s goes with %s" % (option[0], " and ".join(schemes)), "--scheme", scheme,
+                        *option)
+                else:
+                    self.ok("sample", "mesh.obj", "--scheme", scheme, *option)
+        for option in ("--folds", "--nearly-flat"):
+            run("%s goes with smoothed_n, not with pm" % option, option)
+            run("%s goes with --variant final" % option, option, "--scheme", "smoothed_n")
+            run("%s goes with --variant final" % option, option, "--scheme", "smoothed_n",
+                "--variant", "g1")
+            self.ok("sample", "mesh.obj", option, "--scheme", "smoothed_n", "--variant", "final")
+        for option, value, says in (
+                ("--variant", "G1", "intermediate, final or g1"), ("--shading", "", "linear"),
+                ("--plane", "x", "bisector or normals"), ("--sigma", "nan", "a finite number"),
+                ("--sigma", "1e999", "a finite number"), ("--sigma", "1 2", "a finite number"),
+                ("--sigma", "", "a finite number")):
+            run("%s takes %s" % (option, says), option, value)
+
+
+class Normals(ToolTest):
+    """Normals of the file, and computed ones."""
+
+    def corners(self, text, *options, **more):
+        """The normals at the corners, face by face in the corners' order."""
+        rows = self.samples(text, "--scheme", "wm", "--rate", 1, *options, **more)
+        return [tuple(map(float, r[7:10])) for r in rows]
+
+    def near(self, found, expected, close=1e-5):
+        self.assertEqual(len(found), len(expected))
+        for a, b in zip(found, expected):
+            self.assertLess(math.dist(a, b), close)
+
+    def test_modes(self):
+        mesh = jitter(halves(torus(5, 4)), size=0.2)
+        mine = [unit(combine(1, n, 0.3, p)) for n, p in zip(mean_normals(mesh), mesh[0])]
+        order = [v for f in mesh[1] for v in f]
+        plain, text = obj(mesh), obj_normals(mesh, lambda f, i: mine[mesh[1][f][i]])
+        at = lambda normals: [normals[v] for v in order]
+        self.near(self.corners(text), at(mine))
+        self.near(self.corners(text, "--normals", "input"), at(mine))
+        for t in (plain, text):
+            self.near(self.corners(t, "--normals", "average"), at(mean_normals(mesh)))
+            self.near(self.corners(t, "--normals", "average-area"), at(mean_normals(mesh, True)))
+        self.near(self.corners(plain), at(mean_normals(mesh)))
+        self.near(self.corners(plain, "--normals", "input", warnings=1), at(mean_normals(mesh)))
+
+    def test_length_does_not_matter(self):
+        mesh = OCTAHEDRON
+        for length in (1e-30, 0.1, 7, 1e30):
+            text = obj_normals(mesh, lambda f, i: tuple(length * (1 + i) * x
+                                                        for x in mesh[0][mesh[1][f][i]]))
+            self.near(self.corners(text), [mesh[0][v] for f in mesh[1] for v in f])
+            self.assertEqual(self.info(text, "--scheme", "wm")["hard_edges"], 0)
+
+    def test_limit(self):
+        """Points and normals of the smooth surface through whose limit the patches go."""
+        mesh = jitter(icosahedron())
+        text = obj(mesh)
+        for scheme in SCHEMES[1:]:
+            points = set(self.surface(text, "--rate", 1, "--scheme", scheme, "--normals",
+                                      "limit")[0])
+            self.assertEqual(len(points), 12)
+            for v in range(12):
+                p = limit_position(mesh, v)
+                self.assertTrue(any(math.dist(p, q) < 1e-6 for q in points), (scheme, v))
+        limit = {tuple(map(float, r[4:7])): tuple(map(float, r[7:10]))
+                 for r in self.samples(text, "--rate", 1)}
+        rows = self.samples(text, "--rate", 1, "--scheme", "wm", "--normals", "limit")
+        for r in rows:
+            p, n = tuple(map(float, r[4:7])), tuple(map(float, r[7:10]))
+            at = min(limit, key=lambda q: math.dist(p, q))
+            self.assertLess(math.dist(p, at) + math.dist(n, limit[at]), 1e-5)
+
+    def test_missing(self):
+        """One corner without a normal, or with one of length zero: they are averaged."""
+        mesh = icosahedron()
+        own = lambda f, i: mesh[0][mesh[1][f][i]]
+        average = self.corners(obj(mesh), "--normals", "average")
+        for missing in (None, (0, 0, 0)):
+            text = obj_normals(mesh, lambda f, i: missing if (f, i) == (4, 1) else own(f, i))
+            self.assertEqual(self.corners(text, warnings=1), average)
+            self.assertEqual(self.corners(text, "--quiet"), average)
+            self.assertEqual(self.corners(text, "--normals", "average"), average)
+            self.surface(text)                                  # pm does not miss it
+        done = self.run_tool("check", self.write(text), "--scheme", "wm")
+        self.assertIn(b"1 of 60 face corners have no normal, so all normals are averaged",
+                      done.stderr)
+
+    def test_malformed(self):
+        """Said where it stands, if normals are asked for."""
+        for bad in ("vn 0 x 1", "vn 0 1", "vn", "vn nan nan nan", "vn 1 inf 0", "vn 0 0 1e39",
+                    "vn 0 0 0x1"):
+            text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\n%s\nf 1//%d 2//1 3//1\n"
+            for command in (["sample"], ["check"], ["info"], ["tessellate", "-o", "out.obj"]):
+                self.write(text % (bad, 2))
+                self.bad(command[0], "mesh.obj", *command[1:], "--scheme", "pn",
+                         says="mesh.obj:5: normal is not three finite numbers")
+                self.bad(command[0], "mesh.obj", *command[1:], "--scheme", "pn", "--normals=input",
+                         says="mesh.obj:5: normal is not three finite numbers")
+                self.ok(command[0], "mesh.obj", *command[1:])
+                self.ok(command[0], "mesh.obj", *command[1:], "--scheme", "pn", "--normals=average")
+                self.write(text % (bad, 1))                     # a bad one that nobody names
+                self.ok(command[0], "mesh.obj", *command[1:], "--scheme", "pn")
+        self.write("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//2\n")
+        self.bad("check", "mesh.obj", "--scheme", "wm",
+                 says="mesh.obj:5: face refers to normal 2, the file has 1")
+
+    def test_welding(self):
+        """Normals of a vertex that differ by less than a degree across an edge are one."""
+        mesh, rng = icosahedron(), random.Random(2)
+        for degrees, hard in ((0.0, 0), (0.1, 0), (0.45, 0), (3, 30)):
+            def turned(f, i):
+                p = mesh[0][mesh[1][f][i]]
+                by = unit(cross(p, [rng.uniform(-1, 1) for _ in range(3)]))
+                return combine(math.cos(math.radians(degrees)), p,
+                               math.sin(math.radians(degrees)), by)
+            text = obj_normals(mesh, turned)
+            info = self.info(text, "--scheme", "wm")
+            if not hard:
+                self.assertEqual(info["hard_edges"], 0, degrees)
+                self.assertEqual(len(self.surface(text, "--rate", 2, "--scheme", "wm")[0]), 42)
+            else:
+                self.assertGreater(info["hard_edges"], 25)
+            self.assertEqual(self.info(text)["hard_edges"], 0)
+
+    def test_welding_of_a_chain(self):
+        """A fan whose normal turns a little from face to face: too far apart to be one, and equal
+        ones are one nevertheless."""
+        count = 12
+        rim = [(math.cos(2 * math.pi * k / count), math.sin(2 * math.pi * k / count), 0)
+               for k in range(count)]
+        mesh = ([(0, 0, 0.2)] + rim, [(0, 1 + k, 1 + (k + 1) % count) for k in range(count)])
+        turn = lambda k: (math.sin(math.radians(0.8 * (k // 2))), 0,
+                          math.cos(math.radians(0.8 * (k // 2))))
+        text = obj_normals(mesh, lambda f, i: turn(f) if i == 0 else (0, 0, 1))
+        self.assertEqual(self.info(text, "--scheme", "wm")["hard_edges"], 6)
+
+    def test_ply(self):
+        """Normals per vertex, in every format; other names and types are no normals."""
+        mesh = [tuple(map(float32, p)) for p in jitter(icosahedron())[0]], icosahedron()[1]
+        normals = [tuple(map(float32, unit(p))) for p in mesh[0]]
+        expected = self.corners(obj_normals(mesh, lambda f, i: normals[mesh[1][f][i]]))
+        average = self.corners(obj(mesh))
+        for form in ("ascii", "binary_little_endian", "binary_big_endian"):
+            for names, result in (("x y z nx ny nz", expected), ("x y z nx ny n", average)):
+                data = ply(mesh, form, vertex_names=names, extra=lambda v: normals[v])
+                self.write(data, "in.ply")
+                rows = parse_csv(self.ok("sample", "in.ply", "--scheme", "wm", "--rate", 1))[1]
+                self.near([tuple(map(float, r[7:10])) for r in rows], result)
+        bad = lambda v: (0, 0, math.nan if v == 3 else 1)
+        for form, says in (("ascii", "in.ply:18: normal is not three finite numbers"),
+                           ("binary_big_endian", "in.ply: vertex 3, counting from 0: normal is not")):
+            self.write(ply(mesh, form, vertex_names="x y z nx ny nz", extra=bad), "in.ply")
+            self.bad("check", "in.ply", "--scheme", "hybrid", says=says)
+            self.ok("check", "in.ply")
+
+    def test_round_trip(self):
+        """What tessellate writes is read with its normals."""
+        self.write(obj(icosahedron()))
+        expected = {}
+        for name in ("out.ply", "out.obj"):
+            self.ok("tessellate", "mesh.obj", "-o", name, "--rate", 2, "--scheme", "wm")
+            expected[name] = self.ok("sample", name, "--scheme", "pn", "--rate", 2)
+            self.assertNotEqual(self.ok("sample", name, "--scheme", "pn", "--rate", 2, "--normals",
+                                        "average"), expected[name])
+        for a, b in zip(*(text.splitlines()[1:] for text in expected.values())):
+            self.near([list(map(float, a.split(",")))], [list(map(float, b.split(",")))], 1e-6)
+
+    def test_info(self):
+        """Cosines and bends by the normals that are asked for."""
+        quads = flat_torus(5)
+        mesh = halves(quads)
+        of_quads = mean_normals(quads)
+        text = obj_normals(mesh, lambda f, i: of_quads[mesh[1][f][i]])
+        published = (0.726595, 0.0808356, 0.620812, 0.826384)       # Table 5
+        keys = ("cos_mean", "cos_std", "cos_min", "cos_max")
+        for options in (("--normals", "input"), ("--scheme", "wm")):
+            info = self.info(text, *options)
+            for key, value in zip(keys, published):
+                self.assertAlmostEqual(info[key], value, delta=1e-6)
+        plain = self.info(obj(mesh))
+        for options in ((), ("--normals", "average"), ("--scheme", "pn", "--normals", "average")):
+            info = self.info(text, *options)
+            self.assertEqual([info[k] for k in keys], [plain[k] for k in keys])
+        for options, normals in (((), mean_normals(mesh)), (("--normals=input",), of_quads),
+                                 (("--normals=average-area",), mean_normals(mesh, True))):
+            info, bends = self.info(text, *options), Counter()
+            for a, b in map(sorted, edges_of(mesh[1])):
+                d = minus(mesh[0][b], mesh[0][a])
+                signs = dot(normals[a], d) > 0, -dot(normals[b], d) > 0
+                bends["inflection" if signs[0] != signs[1] else
+                      "concave" if signs[0] else "convex"] += 1
+            self.assertEqual({key: info[key] for key in bends}, bends)
+            cosines = [dot(normals[v], unit(flat_normal(mesh, f)))
+                       for f, face in enumerate(mesh[1]) for v in face]
+            self.assertAlmostEqual(info["cos_mean"], sum(cosines) / len(cosines), places=6)
+        octahedron = self.info(obj(OCTAHEDRON), "--normals", "limit")
+        self.assertEqual((octahedron["convex"], octahedron["concave"]), (12, 0))
+        self.assertAlmostEqual(octahedron["cos_mean"], 1 / math.sqrt(3), places=6)
+        self.assertAlmostEqual(octahedron["cos_std"], 0, places=6)
+
+    def test_info_on_hard_edges(self):
+        """Beside hard edges every side has a mean of its own."""
+        mesh = CUBE[0], [t for a, b, c, d in CUBE[1] for t in ((a, b, c), (a, c, d))]
+        info = self.info(obj(mesh, creases(CUBE_EDGES)))
+        self.assertEqual((info["cos_min"], info["cos_max"], info["hard_edges"]), (1, 1, 12))
+        self.assertLess(self.info(obj(mesh))["cos_max"], 0.9)
+
+
+class Report(ToolTest):
+    DISTANCES = {                       # scheme: min, max, mean, printed deviation
+        ("sphere", 0): {
+            "hybrid": (-0.00274014, 0.0131108, 0.00498299, 0.00479724),
+            "png1": (-0.0111526, 0, -0.00695174, 0.00452694),
+            "wm": (-0.0105214, 0, -0.00507952, 0.00375258),
+            "cubic_wm_b1": (-0.0105212, 0, -0.0050795, 0.00375258)},
+        ("sphere", 1): {
+            "hybrid": (-0.000161588, 0.00126064, 0.000440331, 0.000403261),
+            "png1": (-0.00230867, 0, -0.000629614, 0.000615845),
+            "wm": (-0.000817776, 0, -0.000329054, 0.000245696),
+            "cubic_wm_b1": (-0.000817716, 0, -0.000329053, 0.000245695)},
+        ("torus", 5): {
+            "hybrid": (-0.0227294, 0.0478425, 0.00720392, 0.015833),
+            "png1": (-0.158901, 0.044207, -0.00913514, 0.0326367),
+            "wm": (-0.0977793, 0.0493978, -0.00872526, 0.0304518),
+            "cubic_wm_b1": (-0.0977793, 0.0493978, -0.00872526, 0.0304518)},
+        ("torus", 10): {
+            "hybrid": (-0.00262406, 0.00356019, 0.000410239, 0.000964081),
+            "png1": (-0.00952291, 0.00411868, -0.000726871, 0.00221538),
+            "wm": (-0.00544271, 0.00396627, -0.000399186, 0.00178612),
+            "cubic_wm_b1": (-0.00544268, 0.00396627, -0.000399186, 0.00178612)},
+        ("torus", 20): {
+            "hybrid": (-0.000292093, 0.000354946, 2.6755e-05, 0.000100177),
+            "png1": (-0.000647008, 0.000430048, -4.78646e-05, 0.00017302),
+            "wm": (-0.000424266, 0.000427842, -1.60885e-05, 0.000150207),
+            "cubic_wm_b1": (-0.000424266, 0.000427842, -1.60887e-05, 0.000150205)}}
+    CURVATURES = {
+        ("sphere", 0): {
+            "hybrid": (0.327537, 1.83937, 0.901277, 0.414196),
+            "png1": (0.807412, 1.45757, 1.04739, 0.131043),
+            "cubic_wm_b1": (0.768408, 1.1719, 0.971776, 0.123817)},
+        ("torus", 5): {
+            "hybrid": (-820.956, 63.2143, -2.50575, 29.3715),
+            "png1": (-8.33147, 8.23699, -0.585947, 2.33862),
+            "cubic_wm_b1": (-9.8852, 10.9848, -0.61218, 2.58269)}}
+    KEYS = ["mesh", "step", "scheme", "min", "max", "mean", "std", "std_printed"]
+
+    def report(self, *arguments, **more):
+        return json.loads(self.ok("report", *arguments, "--json", **more))
+
+    def test_distances(self):
+        """Every row within what single precision cost the papers."""
+        for table in ("sphere", "torus"):
+            result = self.report(table)
+            rows = {(r["mesh"], r["step"], r["scheme"]): r for r in result["rows"]}
+            expected = {(*key, scheme): figures for key, schemes in self.DISTANCES.items()
+                        for scheme, figures in schemes.items() if key[0] == table}
+            self.assertEqual(list(rows), list(expected))
+            for key, figures in expected.items():
+                row = rows[key]
+                self.assertEqual([k for k in row if k != "printed"], self.KEYS)
+                self.assertEqual(tuple(row["printed"].values()), figures)
+                for name, value in zip(("min", "max", "mean", "std_printed"), figures):
+                    self.assertAlmostEqual(row[name], value, delta=1e-6, msg=(key, name))
+                self.assertAlmostEqual(row["std_printed"] ** 2,
+                                       row["std"] ** 2 + row["mean"] ** 2 / 4, places=15)
+            for key, row in rows.items():           # two names of one surface
+                if key[2] == "wm":
+                    self.assertEqual(row["mean"], rows[(*key[:2], "cubic_wm_b1")]["mean"])
+
+    def test_cosines(self):
+        row = self.report("torus")["cosines"][0]
+        self.assertEqual((row["mesh"], row["step"]), ("torus", 5))
+        for key, value in dict(mean=0.726595, std=0.0808356, min=0.620812, max=0.826384).items():
+            self.assertAlmostEqual(row[key], value, delta=1e-6)
+
+    def test_curvature(self):
+        rows = self.report("curvature")["rows"]
+        self.assertEqual(len(rows), 6)
+        for row in rows:
+            figures = self.CURVATURES[row["mesh"], row["step"]][row["scheme"]]
+            for name, value in zip(("min", "max", "mean", "std"), figures):
+                self.assertAlmostEqual(row[name], value, delta=1e-4 * abs(value))
+            self.assertEqual(row["std"], row["std_printed"])
+
+    def test_steps(self):
+        """At any step, those without printed figures too; distances fall at every one."""
+        means = []
+        for step in range(4):
+            rows = self.report("sphere", "--step", step)["rows"]
+            self.assertEqual([(r["step"], r["scheme"]) for r in rows],
+                             [(step, s) for s in ("hybrid", "png1", "wm", "cubic_wm_b1")])
+            self.assertEqual(["printed" in r for r in rows], [step < 2] * 4)
+            means.append([abs(r["mean"]) for r in rows])
+        for before, after in zip(means, means[1:]):
+            self.assertTrue(all(8 * b < a for a, b in zip(before, after)), (before, after))
+        for step in (3, 7):
+            rows = self.report("torus", "--step", step)["rows"]
+            self.assertEqual({r["step"] for r in rows}, {step})
+        for step, meshes in ((1, ["sphere"]), (3, ["sphere", "torus"]), (9, ["torus"])):
+            rows = self.report("curvature", "--step", step, "--scheme", "wm")["rows"]
+            self.assertEqual([(r["mesh"], r["step"]) for r in rows], [(m, step) for m in meshes])
+
+    def test_other_schemes(self):
+        for scheme in SCHEMES:
+            rows = self.report("sphere", "--step", 1, "--scheme", scheme)["rows"]
+            self.assertEqual([r["scheme"] for r in rows], [scheme])
+        plain, final = (self.report("sphere", "--step", 1, "--scheme", "smoothed_n", *o)["rows"][0]
+                        for o in ((), ("--variant", "final")))
+        self.assertNotEqual(plain["mean"], final["mean"])
+
+    def test_against_samples(self):
+        """The same statistics of what sample writes, in single precision: an independent count."""
+        mesh = icosahedron()
+        text = obj_normals(mesh, lambda f, i: mesh[0][mesh[1][f][i]])
+        for row in self.report("sphere", "--step", 0)["rows"]:
+            points = [tuple(map(float, r[4:7])) for r in
+                      self.samples(text, "--rate", 20, "--scheme", row["scheme"])]
+            self.assertEqual(len(points), 20 * 231)
+            d = [math.sqrt(dot(p, p)) - 1 for p in points]
+            mean = sum(d) / len(d)
+            std = math.sqrt(sum((x - mean) ** 2 for x in d) / (len(d) - 1))
+            for name, value in dict(min=min(d), max=max(d), mean=mean, std=std).items():
+                self.assertAlmostEqual(row[name], value, delta=5e-7)
+
+    def test_mesh(self):
+        """The statistics of a mesh on the command line, found and computed normals, hard edges."""
+        mesh = halves(flat_torus(5))
+        known = {r["scheme"]: r for r in self.report("curvature")["rows"] if r["mesh"] == "torus"}
+        rows = self.report("curvature", self.write(obj(mesh)))["rows"]
+        self.assertEqual([r["mesh"] for r in rows[6:]], [self.path("mesh.obj")] * 3)
+        for row in rows[6:]:
+            for key in ("min", "max", "mean", "std"):
+                value = known[row["scheme"]][key]
+                self.assertAlmostEqual(row[key], value, delta=2e-3 * abs(value))
+        sphere = icosahedron()
+        text = obj_normals(sphere, lambda f, i: sphere[0][sphere[1][f][i]])
+        row = self.report("curvature", self.write(text), "--scheme", "wm")["rows"][-1]
+        self.assertAlmostEqual(row["mean"], 0.971776, delta=1e-4)
+        self.report("curvature", self.write(obj(house(), creases(edges_of(house()[1][:1])))))
+        self.bad("report", "curvature", self.write("v 0 0 0\nv 1 0 0\nf 1 2 3\n"),
+                 says=".*mesh.obj:3: face refers to vertex 3")
+        self.bad("report", "curvature", self.write(BadInput.TRIANGLE + "f 1 2 1\n"),
+                 says=".*mesh.obj:4: .*twice")
+
+    def test_costs(self):
+        result = self.report("costs")
+        printed = {"hybrid": ((36, 60, 6), (4, 9, 1), (40, 69, 7)),
+                   "png1": ((36, 36, 6), (19, 27, 4), (55, 63, 10)),
+                   "wm": (None, (6, 6, 3), (6, 6, 3)), "cubic_wm_b1": (None, (8, 9, 3), (8, 9, 3))}
+        rows = {(r["scheme"], r["part"]): r for r in result["rows"]}
+        for scheme, figures in printed.items():
+            for part, known in zip(("boundary", "interior", "total"), figures):
+                if known:
+                    row = rows.pop((scheme, part))
+                    self.assertEqual(tuple(row["printed"].values()), known)
+                    self.assertEqual(tuple(row["computed"].values()), known)
+        self.assertEqual(rows, {})
+        self.assertEqual(list(result["differences"]), list(printed))
+        for difference in result["differences"].values():       # to the library's points
+            self.assertLess(difference, 1e-14)
+
+    def test_patches(self):
+        result = self.report("patches")
+        self.assertEqual([(r["kind"], r["computed"]) for r in result["control_points"]],
+                         [("ordinary", 16), ("polar", 13), ("p3", 19), ("p4", 25), ("p5", 31)])
+        self.assertEqual([r["step"] for r in result["rows"]], [5, 9, 17, 33, 65])
+        for row in result["rows"]:
+            n = row["step"]
+            self.assertEqual((row["mesh"], row["vertices"], row["faces"], row["p5"]),
+                             ("dodecahedra", 200, 120, 120))
+            self.assertEqual(row["evaluations"], 120 * 5 * n * (n + 1) // 2)
+            self.assertEqual({k: row[k] for k in row["printed"]}, row["printed"])
+        rows = self.report("patches", self.write(obj(house())), "--step", 4)["rows"]
+        self.assertEqual([r["step"] for r in rows], [4, 4])
+        row = rows[1]
+        self.assertEqual((row["p3"], row["p4"], row["p5"], row["ngon"]), (2, 4, 2, 0))
+        self.assertEqual(row["evaluations"], 4 * 16 + 2 * 10 + 2 * 50)
+
+    def test_text(self):
+        """What people read has the figures of the JSON, and the printed ones below."""
+        for table in ("sphere", "torus", "curvature"):
+            text = self.ok("report", table)
+            for row in self.report(table)["rows"]:
+                line = "%-12s %5d  %-14s" % (row["mesh"], row["step"], row["scheme"])
+                (found,) = [k for k, l in enumerate(text.splitlines()) if l.startswith(line)]
+                lines = text.splitlines()[found:found + 3]
+                self.assertEqual(lines[0].split()[3:6],
+                                 ["%.6g" % row[k] for k in ("min", "max", "mean")])
+                self.assertEqual(lines[1].split()[1:],
+                                 ["%.6g" % x for x in row["printed"].values()])
+                self.assertEqual(lines[2].split()[0], "difference")
+        for table in ("costs", "patches"):
+            self.assertIn("difference", self.ok("report", table))
+
+    def test_plot(self):
+        for table, options, steps in (("sphere", ["--step", 2], 3), ("torus", ["--step", 12], 3),
+                                      ("sphere", ["--step", 1, "--scheme", "pn"], 2)):
+            self.ok("report", table, *options, "--svg", "plot.svg")
+            svg = xml.etree.ElementTree.parse(self.path("plot.svg")).getroot()
+            self.assertEqual(svg.tag, "{http://www.w3.org/2000/svg}svg")
+            words = [e.text for e in svg.iter("{http://www.w3.org/2000/svg}text")]
+            for scheme in ("hybrid", "png1", "wm", "cubic_wm_b1"):
+                self.assertEqual(scheme in words, "--scheme" not in options)
+            self.assertIn("mean absolute distance", words)
+            lines = [e.get("d") for e in svg.iter("{http://www.w3.org/2000/svg}path")]
+            curves = [d for d in lines if "h40M" in d]
+            self.assertEqual(len(curves), 1 if "--scheme" in options else 4)
+            for d in curves:            # falling, that is to larger y
+                points = re.findall(r"([\d.]+) ([\d.]+)", d.split("h40M")[1])
+                self.assertEqual(len(points), steps)
+                self.assertEqual(points, sorted(points, key=lambda p: float(p[0])))
+                ys = [float(y) for _, y in points]
+                self.assertTrue(all(50 <= a < b <= 420 for a, b in zip(ys, ys[1:])))
+        self.bad("report", "sphere", "--svg", "none/plot.svg", says="none/plot.svg: cannot write")
+
+    def test_bad_usage(self):
+        self.write(obj(CUBE))
+        for arguments, says in (
+                ([], "report needs a table"), (["table"], "there is no report table"),
+                (["sphere", "mesh.obj"], "report sphere takes no mesh"),
+                (["costs", "mesh.obj"], "report costs takes no mesh"),
+                (["patches", "mesh.obj", "mesh.obj"], "one mesh at a time"),
+                (["sphere", "--step", "9"], "report sphere has steps from 0 to 8, not 9"),
+                (["torus", "--step", "2"], "report torus has steps from 3 to 1000, not 2"),
+                (["sphere", "--step", "x"], "--step takes a whole number"),
+                (["sphere", "--step", "-1"], "--step takes a whole number"),
+                (["sphere", "--step", "1.5"], "--step takes a whole number"),
+                (["patches", "--step", "1"], "report patches has steps from 2"),
+                (["costs", "--step", "1"], "report costs has no steps"),
+                (["costs", "--svg", "x.svg"], "report costs has no plot"),
+                (["patches", "--scheme", "wm"], "report patches takes no --scheme"),
+                (["sphere", "--scheme", "x"], "unknown scheme x"),
+                (["sphere", "--rate", "3"], "report has no option --rate"),
+                (["sphere", "--scheme", "wm", "--coons"], "--coons goes with pn")):
+            self.bad("report", *arguments, says="patchsurf: " + says)
+        self.bad("report", "patches", "none.obj", says="none.obj: cannot open the file: ")
 
 
 class Blend(ToolTest):
@@ -1438,18 +2270,28 @@ class CommandLine(ToolTest):
             self.assertTrue(text.startswith("Usage: patchsurf %s MESH" % command))
             self.assertGreaterEqual(text.count("\n    patchsurf %s " % command), 2)
             for option in ("--scheme", "--rate", "--blend", "--crease-angle", "--normals",
-                           "--quiet", "--help"):
+                           "--variant", "--sigma", "--coons", "--folds", "--nearly-flat", "--plane",
+                           "--shading", "--quiet", "--help", "--version"):
                 self.assertIn("\n    " + option + " ", text)
             self.assertEqual("--json " in text.split("Options:")[1], command in ("info", "check"))
             self.assertEqual("--curvature " in text.split("Options:")[1], command == "sample")
             self.assertTrue(all(len(line) <= 100 for line in text.splitlines()))
-        self.assertRegex(self.ok("--version"), r"^patchsurf \d+\.\d+\.\d+\n$")
+        self.assertIn("\n    report ", overview)
+        text = self.ok("report", "--help")
+        self.assertTrue(text.startswith("Usage: patchsurf report TABLE [MESH]"))
+        self.assertGreaterEqual(text.count("\n    patchsurf report "), 2)
+        for word in ("sphere", "torus", "curvature", "costs", "patches", "--step", "--json",
+                     "--svg", "--scheme", "--normals", "--quiet", "--help", "--version"):
+            self.assertIn("\n    " + word + " ", text)
+        version = self.ok("--version")
+        self.assertRegex(version, r"^patchsurf \d+\.\d+\.\d+\n$")
+        for command in COMMANDS + ("report",):
+            self.assertEqual(self.ok(command, "--version"), version)
 
     def test_bad_usage(self):
         self.write(obj(CUBE))
         for arguments, says in (
                 (["frobnicate"], "unknown command frobnicate"),
-                (["report", "sphere"], "unknown command report"),
                 (["info"], "info needs a mesh"),
                 (["info", "mesh.obj", "mesh.obj"], "one mesh at a time"),
                 (["info", "mesh.obj", "--jsn"], "info has no option --jsn"),
@@ -1457,7 +2299,8 @@ class CommandLine(ToolTest):
                 (["info", "mesh.obj", "--normals", "flat"], "--normals takes input, average"),
                 (["info", "mesh.obj", "--json=1"], "--json takes no value"),
                 (["info", "mesh.obj", "--rate"], "--rate needs a value"),
-                (["info", "mesh.obj", "--scheme", "wm"], "unknown scheme wm"),
+                (["info", "mesh.obj", "--scheme", "WM"], "unknown scheme WM; there are wm, pm, pn"),
+                (["info", "mesh.obj", "--scheme", "mixed"], "unknown scheme mixed"),
                 (["tessellate", "mesh.obj"], "tessellate needs -o OUT"),
                 *((["info", "mesh.obj", "--rate", r], "--rate takes a whole number")
                   for r in ("0", "-1", "1.5", "16385", "99999999999999999999", "x", "")),
