@@ -946,13 +946,13 @@ static void free_tessellation(tessellation *t)
 
 /* Writes faces into the memory of a range that holds them. */
 static void tessellate(const surface *f, const psurf_tess_desc *desc, uint32_t first,
-                       uint32_t count, const tessellation *t, int shades)
+                       uint32_t count, const tessellation *t)
 {
     psurf_tess_out out;
     memset(&out, 0, sizeof out);
     out.p = t->p.at;
     out.n = t->n.at;
-    out.shade = shades ? t->shade.at : NULL;
+    out.shade = t->shade.at;
     out.p_stride = t->p.stride * sizeof(psurf_real);
     out.n_stride = t->n.stride == 3 ? 0 : t->n.stride * sizeof(psurf_real);
     out.where = t->where;
@@ -1008,46 +1008,53 @@ static void check_numbers(const surface *f, const tessellation *t)
     free(ones);
 }
 
-/* All faces at once, and in ranges: per face each in memory of its own. */
-static tessellation check_ranges(const surface *f, uint32_t rate, uint32_t flags)
+/* All faces at once. */
+static tessellation tessellate_all(const surface *f, const psurf_tess_desc *desc)
 {
-    const uint32_t faces = f->info.faces, parts[4] = {faces / 2, faces, 0, faces / 2};
-    psurf_tess_desc desc;
     psurf_tess_span span;
-    tessellation whole, part;
-    memset(&desc, 0, sizeof desc);
-    desc.rate = rate;
-    desc.flags = flags;
-    CHECK(psurf_tessellate_size(f->patches->topology, &desc, 0, faces, &span) == PSURF_OK);
+    tessellation t;
+    CHECK(psurf_tessellate_size(f->patches->topology, desc, 0, f->info.faces, &span) == PSURF_OK);
     CHECK(span.first_vertex == 0 && span.first_index == 0);
-    whole = make_tessellation(&span, &desc, f->o->stride[3]);
-    part = make_tessellation(&span, &desc, 3);
-    tessellate(f, &desc, 0, PSURF_NONE, &whole, 1);
-    for (int i = 0; i < 4; i += 2) {
-        const uint32_t first = parts[i], count = parts[i + 1] - first;
-        if (flags & PSURF_TESS_PER_FACE) {
-            free_tessellation(&part);
-            CHECK(psurf_tessellate_size(f->patches->topology, &desc, first, count, &span) ==
-                  PSURF_OK);
-            part = make_tessellation(&span, &desc, 3);
-        }
-        tessellate(f, &desc, first, count, &part, 1);
-        if (flags & PSURF_TESS_PER_FACE)
-            check_part(&whole, &part);
-    }
-    if (!(flags & PSURF_TESS_PER_FACE))
-        check_part(&whole, &part);
-    free_tessellation(&part);
-    check_numbers(f, &whole);
-    return whole;
+    t = make_tessellation(&span, desc, f->o->stride[3]);
+    tessellate(f, desc, 0, PSURF_NONE, &t);
+    check_numbers(f, &t);
+    return t;
 }
 
-/* Welded or per face: the same triangles with the same corners. */
+/* The same in two ranges, the later one first: per face each in memory of its own. */
+static void check_ranges(const surface *f, const psurf_tess_desc *desc, const tessellation *whole)
+{
+    const uint32_t half = f->info.faces / 2, apart = desc->flags & PSURF_TESS_PER_FACE;
+    psurf_tess_span span = whole->span;
+    tessellation part;
+    for (int i = 1; i >= 0; i--) {
+        const uint32_t first = i ? half : 0, count = i ? PSURF_NONE : half;
+        if (apart)
+            CHECK(psurf_tessellate_size(f->patches->topology, desc, first, count, &span) ==
+                  PSURF_OK);
+        if (apart || i)
+            part = make_tessellation(&span, desc, 3);
+        tessellate(f, desc, first, count, &part);
+        if (apart || !i) {
+            check_part(whole, &part);
+            free_tessellation(&part);
+        }
+    }
+}
+
+/* Welded or per face: the same triangles with the same corners. flags: which of them in ranges. */
 static void check_tessellation(const surface *f, uint32_t rate, uint32_t flags)
 {
-    const uint32_t wide = flags & PSURF_TESS_INDEX16;
-    tessellation welded = check_ranges(f, rate, wide);
-    tessellation apart = check_ranges(f, rate, wide | PSURF_TESS_PER_FACE);
+    psurf_tess_desc desc;
+    tessellation welded, apart;
+    memset(&desc, 0, sizeof desc);
+    desc.rate = rate;
+    desc.flags = flags & PSURF_TESS_INDEX16;
+    welded = tessellate_all(f, &desc);
+    desc.flags |= PSURF_TESS_PER_FACE;
+    apart = tessellate_all(f, &desc);
+    desc.flags = flags;
+    check_ranges(f, &desc, flags & PSURF_TESS_PER_FACE ? &apart : &welded);
     CHECK(welded.span.index_count == apart.span.index_count);
     for (size_t i = 0; i < welded.span.index_count; i++) {
         const uint32_t a = index_of(&welded, i), b = index_of(&apart, i);
@@ -1067,24 +1074,24 @@ static void check_edges_meet(const surface *f, uint32_t rate)
 {
     const psurf_info *info = &f->info;
     const uint32_t pairs = info->edges - info->boundary_edges + info->inner_edges;
-    const uint32_t edges = info->edges + info->inner_edges, half = edges / 2;
-    psurf_check_result whole, a, b;
-    CHECK(psurf_check(f->patches, f->desc, rate, 0, edges, &whole) == PSURF_OK);
+    const uint32_t half = (info->edges + info->inner_edges) / 2;
+    psurf_check_result a, b;
+    uint64_t samples, nonfinite;
+    uint32_t sharp;
     CHECK(psurf_check(f->patches, f->desc, rate, 0, half, &a) == PSURF_OK);
     CHECK(psurf_check(f->patches, f->desc, rate, half, PSURF_NONE, &b) == PSURF_OK);
-    CHECK(whole.samples == (uint64_t)pairs * (rate + 1));
-    CHECK(whole.samples == a.samples + b.samples && whole.cracks == a.cracks + b.cracks);
-    CHECK(whole.nonfinite == a.nonfinite + b.nonfinite);
-    CHECK(whole.degenerate == a.degenerate + b.degenerate);
-    CHECK(whole.sharp_edges == a.sharp_edges + b.sharp_edges);
-    CHECK(whole.fallback_edges == a.fallback_edges + b.fallback_edges);
-    CHECK(whole.sharp_edges >= info->hard_edges && whole.sharp_edges <= pairs);
-    CHECK(whole.fallback_edges <= pairs);
-    CHECK(whole.max_normal_deg >= 0 && whole.max_normal_deg <= 180);
+    samples = a.samples + b.samples;
+    nonfinite = a.nonfinite + b.nonfinite;
+    sharp = a.sharp_edges + b.sharp_edges;
+    CHECK(samples == (uint64_t)pairs * (rate + 1));
+    CHECK(sharp >= info->hard_edges && sharp <= pairs);
+    CHECK(a.fallback_edges + b.fallback_edges <= pairs && a.degenerate + b.degenerate <= samples);
+    CHECK(a.max_normal_deg >= 0 && a.max_normal_deg <= 180);
+    CHECK(b.max_normal_deg >= 0 && b.max_normal_deg <= 180);
     if (f->tame)
-        CHECK(whole.cracks == 0 && whole.nonfinite == 0);
+        CHECK(a.cracks + b.cracks == 0 && nonfinite == 0);
     if (f->finite)                      /* beyond the range of reals a pair may be two NaN */
-        CHECK(whole.cracks <= whole.nonfinite);
+        CHECK(a.cracks + b.cracks <= nonfinite);
 }
 
 /* Patches of all facets, in the order of kinds and faces, inside the memory they were given. */
