@@ -1423,22 +1423,84 @@ static void build_surface(surface *s, const mesh *m, const description *d, psurf
     must(s, psurf_construct(&s->patches, &s->construct));
 }
 
-/* The surface that the command line asks for. */
-static void make_surface(surface *s, mesh *m, const options *o)
-{
-    description d;
-    describe(&d, m, o);
-    if (o->scheme != PSURF_PM && takes_file_normals(m, o)) use_file_normals(&d, m);
-    build_surface(s, m, &d, o->scheme);
-    free_description(&d);
-}
-
 static void free_surface(surface *s)
 {
     free(s->patches.patches);
     free(s->patches.scratch);
     psurf_topology_destroy(s->topology);
 }
+
+static bool splits_a_face(const mesh *m, psurf_split split)
+{
+    const uint32_t most = split == PSURF_SPLIT_TRIANGLES ? 3 : 4;
+    size_t i;
+    for (i = 0; i < m->sizes.count; i++) {
+        if (u32_at(&m->sizes, i) > most) return true;
+    }
+    return false;
+}
+
+static psurf_sample sample_of_corner(size_t face, uint32_t size, uint32_t corner)
+{
+    static const float square[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    psurf_sample at;
+    at.face = (uint32_t)face;
+    at.sector = corner;
+    at.u = size < 5 ? square[size == 3 && corner == 2 ? 3 : corner][0] : 1;
+    at.v = size < 5 ? square[size == 3 && corner == 2 ? 3 : corner][1] : 0;
+    return at;
+}
+
+/* The library takes limits from the facets of the scheme. Where these are not pm's, points and normals
+   come from pm's surface and replace those of the mesh. */
+static void use_limits(description *d, mesh *m, psurf_split split)
+{
+    surface s;
+    psurf_points out;
+    size_t face, first = 0;
+    uint32_t i;
+    build_surface(&s, m, d, PSURF_PM);
+    if (s.info.ngon_faces == 0 && !splits_a_face(m, split)) {
+        free_surface(&s);
+        return;
+    }
+    memset(&out, 0, sizeof out);
+    m->normals.count = m->corner_normals.count = 0;
+    for (face = 0; face < m->sizes.count; face++) {
+        uint32_t size = u32_at(&m->sizes, face);
+        for (i = 0; i < size; i++) {
+            psurf_sample at = sample_of_corner(face, size, i);
+            uint32_t v = u32_at(&m->corners, first + i);
+            out.p = (float *)m->positions.data + 3 * (size_t)v;
+            out.n = push(&m->normals, 3 * sizeof *out.n);
+            psurf_eval(&s.patches, &at, 1, &out);
+            push_u32(&m->corner_normals, (uint32_t)(first + i));
+        }
+        first += size;
+    }
+    free_surface(&s);
+    d->construct.normal_mode = PSURF_NORMALS_AVERAGE;
+    use_file_normals(d, m);
+}
+
+/* Whether normals of its own come with the mesh to a scheme other than pm. */
+static bool find_normals(description *d, mesh *m, const options *o, psurf_split split)
+{
+    if (takes_file_normals(m, o)) use_file_normals(d, m);
+    else if (d->construct.normal_mode == PSURF_NORMALS_LIMIT) use_limits(d, m, split);
+    return d->construct.normals != NULL;
+}
+
+/* The surface that the command line asks for. */
+static void make_surface(surface *s, mesh *m, const options *o)
+{
+    description d;
+    describe(&d, m, o);
+    if (o->scheme != PSURF_PM) find_normals(&d, m, o, psurf_scheme_split(o->scheme));
+    build_surface(s, m, &d, o->scheme);
+    free_description(&d);
+}
+
 
 /* The tessellation of one face by itself, in memory that the next face uses again. */
 typedef struct face_points {
@@ -2409,22 +2471,6 @@ static void print_info(const surface *s, const psurf_info *classes, const triang
     close_output(&out);
 }
 
-static bool has_triangles_alone(const mesh *m)
-{
-    size_t i;
-    for (i = 0; i < m->sizes.count; i++) {
-        if (u32_at(&m->sizes, i) != 3) return false;
-    }
-    return true;
-}
-
-/* pm ignores the normals of a file, but asked for by name they count in what is measured. */
-static bool info_takes_file_normals(const mesh *m, const options *o)
-{
-    if (o->scheme == PSURF_PM && o->normals != NORMALS_INPUT) return false;
-    return takes_file_normals(m, o);
-}
-
 static int run_info(mesh *m, const options *o)
 {
     description d;
@@ -2434,8 +2480,11 @@ static int run_info(mesh *m, const options *o)
     memset(&own, 0, sizeof own);
     describe(&d, m, o);
     build_surface(&pm, m, &d, PSURF_PM);
-    facts.exist = has_triangles_alone(m);
-    if ((facts.exist || asked == &own) && info_takes_file_normals(m, o)) use_file_normals(&d, m);
+    facts.exist = !splits_a_face(m, PSURF_SPLIT_TRIANGLES);
+    if (asked == &own) find_normals(&d, m, o, psurf_scheme_split(o->scheme));
+    else if (facts.exist && o->normals == NORMALS_INPUT) {
+        find_normals(&d, m, o, PSURF_SPLIT_TRIANGLES);      /* pm itself ignores them */
+    }
     if (asked == &own) build_surface(&own, m, &d, o->scheme);
     if (facts.exist) {
         build_surface(&flat, m, &d, PSURF_CUBIC_PN_B1);
@@ -2491,8 +2540,7 @@ static int run_report(mesh *m, const options *o)
     r.corners = d.mesh.corners;
     r.corner_count = d.mesh.corner_count;
     if (o->scheme_name == NULL || o->scheme != PSURF_PM) {
-        r.file_normals = takes_file_normals(m, o);
-        if (r.file_normals) weld_normals(m);
+        r.file_normals = find_normals(&d, m, o, PSURF_SPLIT_TRIANGLES);
     }
     status = report(&r);
     free_description(&d);
@@ -2737,8 +2785,9 @@ static const struct option {
     {"--shading", "N", MESHES, OF_N, set_shading,
      "smoothed_n: linear (default), quadratic or exact normals"},
     {"--normals", "N", EVERY, ANY_SCHEME, set_normals,
-     "input, average, average-area or limit, all schemes but pm;\n"
-     "                        default: input where every corner has one, else average"},
+     "input, average, average-area or limit (points and normals of pm's\n"
+     "                        surface), for all schemes but pm; default: input where every\n"
+     "                        corner has one, else average"},
     {"--rate", "R", MESHES, ANY_SCHEME, set_rate, "segments per edge, 1 to 16384 (default 8)"},
     {"--blend", "A", MESHES, OF_PM, set_blend,
      "pm: blend ratio of edges without a tag: 0 sharp, 2/3 (default)\n"
