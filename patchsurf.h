@@ -567,7 +567,8 @@ typedef struct psurf_patches {
 typedef enum psurf_normal_mode {
     PSURF_NORMALS_AVERAGE,              /* mean of the unit normals of the facets around */
     PSURF_NORMALS_AREA,                 /* the same, weighted by area */
-    PSURF_NORMALS_LIMIT,                /* pm's limit points and normals: of the positions too */
+    PSURF_NORMALS_LIMIT,                /* limit points and normals: Catmull and Clark's among
+                                           quads, else pm's. Positions move there too */
     PSURF_NORMALS_COUNT
 } psurf_normal_mode;
 
@@ -683,17 +684,18 @@ typedef struct psurf_points {
    towards it they grow without bound.
    On facet boundaries p comes from the one cubic that both facets share: bit-identical from both
    sides where the edge parameters are exactly s and 1-s.
+   At corners of point-normal patches n is the normal that was given there; second derivatives do
+   not exist and are written as 0.
    No allocation; any number of threads; no pointer but those inside out may be NULL.
-   At corners of point-normal patches n is the normal that was given there; second derivatives do not
-   exist and are written as 0.
    Source: [PM] eqs. 2, 3, 17-19; at a pole the rows are weighted by B_j(v)/(1-v). [PN] 2, [N] 1.1,
    [GB] 2 and (1), (10). */
 PSURF_API void psurf_eval(const psurf_patches *patches, const psurf_sample *samples, uint32_t count,
                           const psurf_points *out);
 
 /* Gaussian and mean curvature at count samples; either output may be NULL. [count] reals each, NaN
-   where curvature does not exist (poles, corners of point-normal patches, vanishing normals). Mean curvature is negative where the
-   surface bends away from its normal (a sphere: mean = -1/r, gauss = 1/r^2).
+   where curvature does not exist (poles, corners of point-normal patches, vanishing normals). Mean
+   curvature is negative where the surface bends away from its normal (a sphere: mean = -1/r,
+   gauss = 1/r^2).
    Samples are treated as in psurf_eval. No allocation; any number of threads. */
 PSURF_API void psurf_curvature(const psurf_patches *patches, const psurf_sample *samples,
                                uint32_t count, psurf_real *gauss, psurf_real *mean);
@@ -734,7 +736,8 @@ typedef struct psurf_tess_out {
    face is cut there. Welded vertices are numbered: one per ring but centres, then rate-1 per edge
    side from the start of its writer on, then the insides face by face. Per face they run
    along corner 0 -> 1 first, then towards the other side; faces of m >= 5 corners sector by sector,
-   their centre last, pieces without the line that the one before has. A face has the same triangles in the same order either way.
+   their centre last, pieces without the line that the one before has. A face has the same triangles
+   in the same order either way.
    Returns PSURF_OK; BAD_DESC for canaries, a rate out of range, unknown flags or NULL; TOO_LARGE
    where numbers do not fit 32 bits (16 bits with PSURF_TESS_INDEX16: at most 65535 vertices, so
    0xFFFF never occurs). No allocation; any number of threads. */
@@ -823,7 +826,7 @@ PSURF_API void psurf_smooth_free(psurf_smooth_mesh *mesh);
 
 PSURF_API const char *psurf_result_string(psurf_result result);     /* static text, never NULL */
 PSURF_API const char *psurf_scheme_name(psurf_scheme scheme);       /* "pm"; NULL if out of range */
-PSURF_API psurf_split psurf_scheme_split(psurf_scheme scheme);      /* what it needs; PM if unknown */
+PSURF_API psurf_split psurf_scheme_split(psurf_scheme scheme);      /* what it needs; else PM */
 PSURF_API const char *psurf_kind_name(psurf_kind kind);             /* "bicubic" ...; or NULL */
 PSURF_API const char *psurf_simd_name(void);    /* the instruction set in use: "avx2", "sse2",
                                                    "neon", "scalar"; all give the same bits */
@@ -2856,6 +2859,7 @@ static psurf__control psurf__control_of(const psurf_patches *p, const psurf_cons
     control.centres = p->scratch ? psurf__centre(p, 0) : NULL;
     control.vertices = p->topology->info.vertices;
     control.blends = desc->blends ? desc->blends : p->topology->blends;
+    if (p->topology->split != PSURF_SPLIT_PM) control.blends = NULL;
     control.normals = desc->normals;
     control.normal_stride = desc->normal_stride ? desc->normal_stride / sizeof(psurf_real) : 3;
     control.normal_mode = desc->normal_mode;
@@ -3166,6 +3170,29 @@ static psurf__v3 psurf__facet_normals(const psurf_topology *t, const psurf__cont
     return sum;
 }
 
+/* Turns pm's tangents at a closed ring of quads, E_k and F_k around, into those of Catmull and
+   Clark's limit, sum of A c_k E_k + (c_k + c_(k+1)) F_k with A = 1 + c + sqrt((1+c)(9+c)), c = c_1:
+   pm has 4 (1+c) in place of A, which is the same where four quads meet. */
+static void psurf__turn_to_limit(const psurf_topology *t, const psurf__control *control,
+                                 const psurf_ring *ring, psurf__ring_frame *frame)
+{
+    const psurf_spoke *spokes = t->spokes + ring->first_spoke;
+    const psurf_trig *rows = t->trig + ring->trig;
+    const psurf__v4 p = psurf__get4(psurf__point_at(control, ring->point));
+    const psurf_real c = rows[2].c;
+    const psurf_real a = 1 + c + psurf__sqrt((1 + c) * (9 + c)) - 4 * (1 + c);
+    const psurf_real scale = rows[0].s * a * PSURF__R(1.0 / 9.0);
+    const uint32_t n = psurf__valence(ring);
+    uint32_t j;
+    for (j = 0; j < n; j++)
+        if (spokes[j].after == spokes[j + 1 == n ? 0 : j + 1].end) return;     /* a triangle */
+    for (j = 0; j < n; j++) {
+        const psurf__v4 e = psurf__offset(control, spokes[j].end, p);
+        frame->t1 = psurf__mad4(frame->t1, scale * rows[1 + j].c, e);
+        frame->t2 = psurf__mad4(frame->t2, scale * rows[1 + j].s, e);
+    }
+}
+
 static psurf__v3 psurf__from4(psurf__v4 a)
 {
     psurf_real p[3];
@@ -3173,7 +3200,7 @@ static psurf__v3 psurf__from4(psurf__v4 a)
     return psurf__get(p);
 }
 
-/* Point and normal of a ring: given, averaged, or pm's ([PN] 1: feed limit data). */
+/* Point and normal of a ring: given, averaged, or of the limit ([PN] 1: feed limit data). */
 static void psurf__point_normal_pass(const psurf_patches *patches, const psurf__control *control,
                                      uint32_t index)
 {
@@ -3184,10 +3211,11 @@ static void psurf__point_normal_pass(const psurf_patches *patches, const psurf__
         const size_t which = t->ring_normals ? t->ring_normals[index] : ring->point;
         n = psurf__unit(psurf__get(control->normals + which * control->normal_stride));
     } else if (control->normal_mode == PSURF_NORMALS_LIMIT) {
+        const int open = (ring->valence & PSURF_RING_OPEN) != 0;
         psurf__v4 d[2];
-        const psurf__ring_frame frame = ring->valence & PSURF_RING_OPEN
-                                       ? psurf__open_frame(t, control, ring, d, NULL)
+        psurf__ring_frame frame = open ? psurf__open_frame(t, control, ring, d, NULL)
                                        : psurf__closed_frame(t, control, ring, NULL);
+        if (!open) psurf__turn_to_limit(t, control, ring, &frame);
         p = psurf__from4(frame.v);
         n = psurf__unit_cross(psurf__from4(frame.t1), psurf__from4(frame.t2));
     }
@@ -8236,7 +8264,7 @@ PSURF_API const char *psurf_simd_name(void) { return psurf__best_kernels()->name
 
 typedef struct psurf__lattice {
     const psurf_topology *topology;
-    const psurf_corner *corners;        /* of the face, each the first of step; unless apex counts */
+    const psurf_corner *corners;        /* of the face, each the first of step; but for fans */
     uint32_t face, size, rate, step;
     uint32_t apex;                      /* of faces that are split there, else PSURF_NONE */
     uint32_t edge_base;                 /* welded: number of the first edge sample */
@@ -8714,8 +8742,8 @@ static void psurf__write_split_face(const psurf__job *job, uint32_t face)
     }
 }
 
-/* Facets filed under a kind. Whole faces of each turn, and pieces of split ones, gather in groups of
-   their own. */
+/* Facets filed under a kind. Whole faces of each turn, and pieces of split ones, gather in groups
+   of their own. */
 static void psurf__tessellate_kind(psurf__job *job, psurf_kind kind, uint32_t first_face)
 {
     const psurf_topology *t = job->patches->topology;
@@ -9194,7 +9222,7 @@ static void psurf__check_edge(const psurf_patches *patches, const psurf__control
     ends[0] = &t->corners[corners.corner];
     ends[1] = &t->corners[corners.other];
     sharp = ((ends[0]->edge ^ ends[1]->edge) & ~PSURF_WRITER) != 0 ||
-            (control->blends && t->split == PSURF_SPLIT_PM && (control->blends[ends[0]->spoke] <= 0 ||
+            (control->blends && (control->blends[ends[0]->spoke] <= 0 ||
                                  control->blends[ends[1]->spoke] <= 0));
     degenerate = psurf__is_degenerate(t, control, &a) || psurf__is_degenerate(t, control, &b) ||
                  psurf__distance(psurf__corner_position(t, control, corners.corner),

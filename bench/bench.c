@@ -4,6 +4,7 @@
    there are. */
 
 #include "compare.h"
+#include "kinds.h"
 #include "surface.h"
 #include "threads.h"
 
@@ -13,7 +14,7 @@
 #include <string.h>
 
 typedef struct settings {
-    int quick, sabotage;
+    int quick, sabotage, kinds;
     double seconds;                     /* per race */
     int rounds;                         /* at least */
     const char *json, *results;
@@ -101,18 +102,6 @@ static void set_costs(race_stage at, const runner *runners, int count)
 {
     int i;
     for (i = 0; i < count; i++) figures.cost[at][1 + runners[i].path] = runners[i].median;
-}
-
-static runner make_runner(const char *name, double (*run)(void *), void *what, double items)
-{
-    runner r;
-    memset(&r, 0, sizeof r);
-    r.name = name;
-    r.run = run;
-    r.what = what;
-    r.items = items;
-    r.path = -1;
-    return r;
 }
 
 static runner osd_runner(int kind, double (*run)(void *), osd_path *path, double items)
@@ -249,9 +238,9 @@ static void check_race(duel *d, const tessellation *t, uint32_t n)
     const size_t count = (size_t)faces * n * n;
     size_t i;
     int k;
-    if (!t->normals) {
+    if (t->normals == NO_NORMALS) {
         tessellation both;
-        tessellation_open(&both, &d->s, n, 1, expected);
+        tessellation_open(&both, &d->s, n, SURFACE_NORMALS, expected);
         tessellate(&both, 0, faces, expected);
         tessellate(t, 0, faces, out);
         for (i = 0; i < count; i++)
@@ -280,7 +269,7 @@ static void race_points(duel *d, race_stage at)
     double stored;
     int count = 0, k;
     progress(stage_names[at]);
-    tessellation_open(&t, &d->s, n, normals, out);
+    tessellation_open(&t, &d->s, n, normals ? SURFACE_NORMALS : NO_NORMALS, out);
     r[count++] = make_runner("patchsurf", run_tessellation, &t, t.points);
     for (k = 0; k < OSD_KIND_COUNT; k++)
         if (evaluates(d, k, normals)) {
@@ -425,7 +414,7 @@ static void compare_points(duel *d)
     printf("  from the Catmull-Clark limit: %% of the diagonal, degrees; unequal on edges, to the "
            "bit\n    %-26s %10s %10s %10s %10s %10s\n", "", "largest", "rms", "largest", "rms",
            "unequal");
-    tessellation_open(&t, &d->s, n, 1, out);
+    tessellation_open(&t, &d->s, n, SURFACE_NORMALS, out);
     tessellate(&t, 0, faces, out);
     if (options.sabotage) out[6 * (count / 2)] += (float)(0.005 * diagonal(&d->m));
     figures.from_limit = compare_path(&d->m, "patchsurf", out, count,
@@ -475,7 +464,7 @@ static void run_mixed(uint32_t size)
     race_alone(&m, "refresh", "ns/face", run_refresh, &s, m.faces);
     for (i = 0; i < 4; i++) {
         tessellation t;
-        tessellation_open(&t, &s, n[i], 1, out);
+        tessellation_open(&t, &s, n[i], SURFACE_NORMALS, out);
         race_alone(&m, stage_names[EVAL_5 + i], "ns/point", run_tessellation, &t, t.points);
         tessellate(&t, 0, t.faces, out);
         check_points(stage_names[EVAL_5 + i], out, (size_t)t.points, 6);
@@ -517,7 +506,7 @@ static void run_threads(uint32_t size)
     tessellation t;
     int round, team, i;
     surface_open(&s, &m);
-    tessellation_open(&t, &s, 5, 1, out);
+    tessellation_open(&t, &s, 5, SURFACE_NORMALS, out);
     progress("threads");
     for (round = 0; round < ROUNDS; round++)
         for (team = 0; team < 2; team++) {
@@ -572,7 +561,7 @@ static void run_growth(void)
         progress("growth");
         m[i] = mesh_torus(FROG_LIKE, sizes[i]);
         surface_open(&s[i], &m[i]);
-        tessellation_open(&t[i], &s[i], 5, 1, out);
+        tessellation_open(&t[i], &s[i], 5, SURFACE_NORMALS, out);
         progress(NULL);
         printf(" %9u", (unsigned)m[i].faces);
     }
@@ -590,69 +579,6 @@ static void run_growth(void)
     for (i = 0; i < count; i++) {
         surface_close(&s[i]);
         mesh_free(&m[i]);
-    }
-}
-
-/* ---- what each kind of patch costs ----------------------------------------------------------- */
-
-enum { KIND_COLUMNS = 5 };
-
-static void race_kinds(runner r[PSURF_KIND_COUNT], const mesh *m, const char *measure,
-                       const char *unit)
-{
-    int k;
-    progress("kinds of patch");
-    race(r, PSURF_KIND_COUNT, options.seconds, options.rounds);
-    for (k = 0; k < PSURF_KIND_COUNT; k++)
-        note(m[k].name, m[k].faces, measure, r[k].name, unit, r[k].min, r[k].median, r[k].runs);
-}
-
-static void print_kinds(const surface *s, runner r[KIND_COLUMNS][PSURF_KIND_COUNT])
-{
-    int k, i;
-    progress(NULL);
-    printf("\nkinds of patch, on meshes of one kind each; median ns\n  %-10s %-12s %7s %7s %10s "
-           "%10s %10s %10s\n", "kind", "mesh", "share", "bytes", "vertices", "patch", "point N=5",
-           "point N=17");
-    for (k = 0; k < PSURF_KIND_COUNT; k++) {
-        printf("  %-10s %-12s %5.0f %% %7u", psurf_kind_name((psurf_kind)k), s[k].m->name,
-               100.0 * s[k].info.kind_faces[k] / s[k].m->faces,
-               (unsigned)(s[k].patches.layout.kind[k].points * 3 * sizeof(psurf_real)));
-        for (i = 0; i < 4; i++) printf(" %10.2f", r[i][k].median);
-        printf("\n");
-    }
-    printf("  vertices: construction of what the patches of a facet read, per facet\n");
-}
-
-static void run_kinds(uint32_t faces)
-{
-    static const uint32_t n[2] = { 5, 17 };
-    mesh m[PSURF_KIND_COUNT];
-    surface s[PSURF_KIND_COUNT];
-    tessellation t[2][PSURF_KIND_COUNT];
-    runner r[KIND_COLUMNS][PSURF_KIND_COUNT];
-    int k, i;
-    for (k = 0; k < PSURF_KIND_COUNT; k++) {
-        const char *name = psurf_kind_name((psurf_kind)k);
-        m[k] = mesh_of_kind(k, faces);
-        surface_open(&s[k], &m[k]);
-        if (s[k].info.kind_faces[k] < 0.9 * m[k].faces)
-            fail("a mesh of one kind of patch has too many others");
-        r[0][k] = make_runner(name, run_vertices, &s[k], s[k].info.facets);
-        r[1][k] = make_runner(name, run_facets, &s[k], s[k].info.facets);
-        for (i = 0; i < 2; i++) {
-            tessellation_open(&t[i][k], &s[k], n[i], 1, out);
-            r[2 + i][k] = make_runner(name, run_tessellation, &t[i][k], t[i][k].points);
-        }
-    }
-    race_kinds(r[0], m, "kind: vertices", "ns/patch");
-    race_kinds(r[1], m, "kind: patches", "ns/patch");
-    race_kinds(r[2], m, "kind: N=5", "ns/point");
-    race_kinds(r[3], m, "kind: N=17", "ns/point");
-    print_kinds(s, r);
-    for (k = 0; k < PSURF_KIND_COUNT; k++) {
-        surface_close(&s[k]);
-        mesh_free(&m[k]);
     }
 }
 
@@ -768,10 +694,23 @@ static void write_json(const summary *s)
             figures.two_threads[0], figures.two_threads[1]);
     fprintf(f, "  \"growth\": {\"build\": %.3f, \"refresh\": %.3f, \"eval_n5\": %.3f},\n",
             figures.growth[0], figures.growth[1], figures.growth[2]);
-    fprintf(f, "  \"rows\": ");
+    fprintf(f, "  ");
+    write_kinds_json(f);
+    fprintf(f, ",\n  \"rows\": ");
     write_rows_json(f);
     fprintf(f, "\n}\n");
     if (fclose(f)) fail("the json file is incomplete");
+}
+
+static void run_all_kinds(void)
+{
+    plan p;
+    p.seconds = options.seconds;
+    p.rounds = options.rounds;
+    p.out = out;
+    p.again = expected;
+    run_kinds(&p, options.quick ? 1200 : 20000);
+    run_table2(&p);
 }
 
 static void run_all(void)
@@ -787,7 +726,7 @@ static void run_all(void)
     run_mixed(options.quick ? 32 : 292);
     run_threads(options.quick ? 100 : 316);
     run_growth();
-    run_kinds(options.quick ? 5000 : 20000);
+    run_all_kinds();
     print_ratios(&frog);
     write_json(&frog);
     if (options.results) write_rows_csv(options.results);
@@ -797,6 +736,7 @@ static const char help[] =
     "usage: bench [options]\n"
     "Races patchsurf against OpenSubdiv, two to three minutes long.\n\n"
     "  --quick        small meshes, few runs: does everything still work?\n"
+    "  --kinds        what each kind of patch costs, and no more; writes no file\n"
     "  --results DIR  also write DIR/<processor>-<date>.csv\n"
     "  --json FILE    write there instead of beside the program (bench.json)\n"
     "  --sabotage     move one point of patchsurf's: the run must end with exit status 1\n\n"
@@ -825,6 +765,8 @@ static void parse(int argc, char **argv)
             options.rounds = 3;
         } else if (!strcmp(argv[i], "--sabotage")) {
             options.sabotage = 1;
+        } else if (!strcmp(argv[i], "--kinds")) {
+            options.kinds = 1;
         } else if (!strcmp(argv[i], "--json") && i + 1 < argc) {
             options.json = argv[++i];
         } else if (!strcmp(argv[i], "--results") && i + 1 < argc) {
@@ -848,7 +790,8 @@ int main(int argc, char **argv)
            PSURF_VERSION_MAJOR, PSURF_VERSION_MINOR, PSURF_VERSION_PATCH, psurf_simd_name(),
            psurf_exact() ? "" : ", this build promises no identical bits", osd_version(),
            cpu_name(), compiler_name(), today());
-    run_all();
+    if (options.kinds) run_all_kinds();
+    else run_all();
     free(out);
     free(expected);
     printf("%.0f seconds\n", now() - start);

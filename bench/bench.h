@@ -1,6 +1,7 @@
 /* bench.h - what the files of the benchmark share.
 
      bench.c         options, the order of the measures, tables
+     kinds.c         tables of what each kind of patch costs
      meshes.c        the meshes
      measure.c       clock, races, the machine, results
      surface.c       patchsurf's stages, and its implementation
@@ -38,6 +39,8 @@ typedef struct runner {
     int runs;
 } runner;
 
+runner make_runner(const char *name, double (*run)(void *), void *what, double items);
+
 enum { MAX_RUNNERS = 32, MAX_ROUNDS = 60 };
 
 /* Runs all in turn, round after round, until the seconds are over but at least min_rounds times.
@@ -74,8 +77,12 @@ typedef struct mesh {
 
 typedef enum torus_kind { ORDINARY, FROG_LIKE, TENTH, MIXED } torus_kind;
 mesh mesh_torus(torus_kind kind, uint32_t size);        /* of size * size cells */
-/* A mesh whose facets are nearly all of one kind of patch, of about that many faces. */
-mesh mesh_of_kind(int kind, uint32_t faces);
+/* A torus of triangles, all vertices of valence 6: 2 * along * around of them. lumps: the height of
+   its lumps, 1 as mesh_torus. */
+mesh mesh_triangles(const char *name, uint32_t along, uint32_t around, double lumps);
+/* A mesh whose facets are nearly all of one kind of patch: about so many quads, or enough others to
+   have as many samples at N = 5. */
+mesh mesh_of_kind(int kind, uint32_t quads);
 void mesh_free(mesh *m);
 
 /* ---- opensubdiv.cc --------------------------------------------------------------------------- */

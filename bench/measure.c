@@ -80,6 +80,18 @@ static double run_some(const runner *r, int times)
     return sum / times;
 }
 
+runner make_runner(const char *name, double (*run)(void *), void *what, double items)
+{
+    runner r;
+    memset(&r, 0, sizeof r);
+    r.name = name;
+    r.run = run;
+    r.what = what;
+    r.items = items;
+    r.path = -1;
+    return r;
+}
+
 void race(runner *runners, int count, double seconds, int min_rounds)
 {
     static double results[MAX_RUNNERS][MAX_ROUNDS];

@@ -37,12 +37,17 @@ static uint32_t add_point(mesh *m, double x, double y, double z)
 }
 
 /* At turns x of 0..1 along the torus and y around its tube. */
-static uint32_t add_torus_point(mesh *m, double x, double y)
+static uint32_t add_lumpy_point(mesh *m, double x, double y, double lumps)
 {
     const double a = 2 * pi * x, b = 2 * pi * y;
-    const double tube = 0.5 + 0.06 * sin(7 * a) * cos(5 * b) + 0.03 * cos(13 * (a + b));
-    const double ring = 1.5 + tube * cos(b);
+    const double lump = 0.06 * sin(7 * a) * cos(5 * b) + 0.03 * cos(13 * (a + b));
+    const double tube = 0.5 + lumps * lump, ring = 1.5 + tube * cos(b);
     return add_point(m, ring * cos(a), ring * sin(a), tube * sin(b));
+}
+
+static uint32_t add_torus_point(mesh *m, double x, double y)
+{
+    return add_lumpy_point(m, x, y, 1);
 }
 
 /* first: the corner that the face starts with. */
@@ -209,16 +214,16 @@ static mesh mesh_polar(uint32_t faces)
     return m;
 }
 
-/* All vertices of valence 6. */
-static mesh mesh_p3(uint32_t faces)
+mesh mesh_triangles(const char *name, uint32_t along, uint32_t around, double lumps)
 {
-    const uint32_t size = (uint32_t)sqrt(faces / 2.0);
-    mesh m = mesh_allocate("triangles", size * size, 2 * size * size, 6 * size * size);
+    const uint32_t cells = along * around;
+    mesh m = mesh_allocate(name, cells, 2 * cells, 6 * cells);
     uint32_t i;
-    for (i = 0; i < size * size; i++)
-        add_torus_point(&m, i % size / (double)size, i / size / (double)size);
-    for (i = 0; i < size * size; i++) {
-        const uint32_t x = i % size, right = (x + 1) % size, up = (i / size + 1) % size * size;
+    for (i = 0; i < cells; i++)
+        add_lumpy_point(&m, i % along / (double)along, i / along / (double)around, lumps);
+    for (i = 0; i < cells; i++) {
+        const uint32_t x = i % along, right = (x + 1) % along;
+        const uint32_t up = (i / along + 1) % around * along;
         add_tri(&m, i, i - x + right, up + right);
         add_tri(&m, up + right, up + x, i);
     }
@@ -280,13 +285,15 @@ static mesh mesh_p5(uint32_t faces)
     return m;
 }
 
-mesh mesh_of_kind(int kind, uint32_t faces)
+mesh mesh_of_kind(int kind, uint32_t quads)
 {
+    const uint32_t triangles = quads * 5 / 3, size = (uint32_t)sqrt(triangles / 2.0);
     switch (kind) {
-    case PSURF_POLAR: return mesh_polar(faces);
-    case PSURF_P3: return mesh_p3(faces);
-    case PSURF_P4: return mesh_p4(faces);
-    case PSURF_P5: return mesh_p5(faces);
-    default: return mesh_torus(ORDINARY, (uint32_t)sqrt((double)faces));
+    case PSURF_BICUBIC:
+    case PSURF_PN_QUAD: return mesh_torus(ORDINARY, (uint32_t)sqrt((double)quads));
+    case PSURF_POLAR: return mesh_polar(triangles);
+    case PSURF_P4: return mesh_p4(quads);
+    case PSURF_P5: return mesh_p5(quads);
+    default: return mesh_triangles("triangles", size, size, 1);
     }
 }

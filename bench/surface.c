@@ -36,23 +36,25 @@ static psurf_topology *create_topology(const psurf_mesh_desc *desc)
 }
 
 /* Patches and their memory, which the caller frees. */
-static psurf_patches make_patches(const psurf_topology *topology)
+static psurf_patches make_patches(const psurf_topology *topology, psurf_scheme scheme)
 {
     psurf_patches_layout layout;
     psurf_patches patches;
     memset(&patches, 0, sizeof patches);
-    if (psurf_patches_size(topology, PSURF_PM, &layout) ||
-        psurf_patches_bind(&patches, topology, PSURF_PM, allocate(layout.patch_bytes),
+    if (psurf_patches_size(topology, scheme, &layout) ||
+        psurf_patches_bind(&patches, topology, scheme, allocate(layout.patch_bytes),
                            allocate(layout.scratch_bytes)))
         fail("patches were refused");
     return patches;
 }
 
-void surface_open(surface *s, const mesh *m)
+void surface_open_as(surface *s, const mesh *m, psurf_scheme scheme,
+                     const psurf_construct_desc *options)
 {
     psurf_mesh_desc counted;
     memset(s, 0, sizeof *s);
     s->m = m;
+    s->desc.split = psurf_scheme_split(scheme);
     s->desc.vertex_count = m->vertices;
     s->desc.face_count = m->faces;
     s->desc.face_sizes = m->face_sizes;
@@ -63,9 +65,17 @@ void surface_open(surface *s, const mesh *m)
     counted.allocator.ctx = &s->memory;
     s->topology = create_topology(&counted);
     psurf_topology_info(s->topology, &s->info);
-    s->patches = make_patches(s->topology);
+    s->patches = make_patches(s->topology, scheme);
+    s->construct = *options;
     s->construct.positions = m->positions;
     run_refresh(s);
+}
+
+void surface_open(surface *s, const mesh *m)
+{
+    psurf_construct_desc none;
+    memset(&none, 0, sizeof none);
+    surface_open_as(s, m, PSURF_PM, &none);
 }
 
 void surface_close(surface *s)
@@ -81,7 +91,7 @@ double run_build(void *what)
     const surface *s = (const surface *)what;
     const double start = work_time();
     psurf_topology *topology = create_topology(&s->desc);
-    psurf_patches patches = make_patches(topology);
+    psurf_patches patches = make_patches(topology, s->patches.scheme);
     const double seconds = work_time() - start;
     free(patches.patches);
     free(patches.scratch);
@@ -118,7 +128,7 @@ static psurf_tess_span span_of(const tessellation *t, uint32_t first, uint32_t f
     return span;
 }
 
-void tessellation_open(tessellation *t, surface *s, uint32_t n, int normals, float *out)
+void tessellation_open(tessellation *t, surface *s, uint32_t n, point_normals normals, float *out)
 {
     const size_t point = normals ? 24 : 12;
     size_t most = STORE_BYTES / (point * n * n);
@@ -134,6 +144,14 @@ void tessellation_open(tessellation *t, surface *s, uint32_t n, int normals, flo
     if (t->points * (double)point > STORE_BYTES) fail("a tessellation does not fit its memory");
 }
 
+void tessellation_resize(tessellation *t, double points)
+{
+    const double faces = points / span_of(t, 0, 1).vertex_count;
+    t->faces = t->s->m->faces < faces ? t->s->m->faces : (uint32_t)faces;
+    t->points = span_of(t, 0, t->faces).vertex_count;
+    if (t->points > points) fail("the faces of a mesh have unlike numbers of samples");
+}
+
 void tessellate(const tessellation *t, uint32_t first, uint32_t faces, float *p)
 {
     const psurf_tess_span span = span_of(t, first, faces);
@@ -141,11 +159,19 @@ void tessellate(const tessellation *t, uint32_t first, uint32_t faces, float *p)
     memset(&out, 0, sizeof out);
     out.p = p;
     out.first_vertex = span.first_vertex;
-    if (t->normals) {
-        out.n = p + 3;
-        out.p_stride = out.n_stride = 24;
-    }
+    if (t->normals != NO_NORMALS) out.p_stride = out.n_stride = out.shade_stride = 24;
+    if (t->normals == SURFACE_NORMALS) out.n = p + 3;
+    if (t->normals == SHADING_NORMALS) out.shade = p + 3;
     if (psurf_tessellate(&t->s->patches, &t->desc, first, faces, &out)) fail("tessellation failed");
+}
+
+double run_frame(void *what)
+{
+    const tessellation *t = (const tessellation *)what;
+    const double start = work_time();
+    if (psurf_construct(&t->s->patches, &t->s->construct)) fail("construction failed");
+    tessellate(t, 0, t->faces, t->out);
+    return work_time() - start;
 }
 
 double run_tessellation(void *what)
