@@ -247,7 +247,7 @@ static const char *quoted(word w)
     return text;
 }
 
-/* A finite number and nothing else. as_float: rounded once, to a float, which it must not exceed. */
+/* A finite number and nothing else. as_float: rounded once, to a float, which must be finite. */
 static bool scan_number(word w, bool as_float, double *value)
 {
     char *end = NULL;
@@ -1154,7 +1154,8 @@ typedef struct options {                /* of the command line */
 
 static NORETURN void fail_normal(const mesh *m, size_t normal)
 {
-    static const char message[] = "normal is not three finite numbers; --normals average needs none";
+    static const char message[] =
+        "normal is not three finite numbers; --normals average needs none";
     if (normal < m->normal_lines.count) {
         fail(m->name, u32_at(&m->normal_lines, normal), "%s", message);
     }
@@ -1451,8 +1452,8 @@ static psurf_sample sample_of_corner(size_t face, uint32_t size, uint32_t corner
     return at;
 }
 
-/* The library takes limits from the facets of the scheme. Where these are not pm's, points and normals
-   come from pm's surface and replace those of the mesh. */
+/* The library takes limits from the facets of the scheme. Where these are not pm's, points and
+   normals come from pm's surface and replace those of the mesh. */
 static void use_limits(description *d, mesh *m, psurf_split split)
 {
     surface s;
@@ -1992,6 +1993,10 @@ static int run_tessellate(mesh *m, const options *o)
 
 /* ---- patches --------------------------------------------------------------------------------- */
 
+/* How many of the points that are stored are places; normals and marks follow them. */
+static const size_t place_counts[PSURF_KIND_COUNT] = {16, 13, 19, 25, 31, 10, 16, 10, 18, 21, 15,
+                                                      15};
+
 static void write_patch(FILE *file, const mesh *m, const psurf_patch *patch)
 {
     size_t i, axis;
@@ -2000,7 +2005,8 @@ static void write_patch(FILE *file, const mesh *m, const psurf_patch *patch)
     for (i = 0; i < patch->point_count; i++) {
         fputs(i ? ",[" : "[", file);
         for (axis = 0; axis < 3; axis++) {
-            float x = put_back(m, patch->points[3 * i + axis], axis);
+            float x = patch->points[3 * i + axis];
+            if (i < place_counts[patch->kind]) x = put_back(m, x, axis);
             if (axis) fputc(',', file);
             if (isfinite(x)) put_float(file, x);
             else fputs("null", file);
@@ -2055,7 +2061,8 @@ static void start_grid(face_grid *g, psurf_split split, uint32_t size, uint32_t 
     size_t count;
     g->rate = rate;
     g->round = size >= 5 && split == PSURF_SPLIT_PM;
-    g->sectors = size < 5 ? 1 : g->round ? size : split == PSURF_SPLIT_PN ? (size - 1) / 2 : size - 2;
+    if (size < 5) g->sectors = 1;
+    else g->sectors = g->round ? size : split == PSURF_SPLIT_PN ? (size - 1) / 2 : size - 2;
     g->quads = size == 4 || (size >= 5 && split == PSURF_SPLIT_PN);
     g->last_quad = g->quads && size % 2 == 0;
     g->per_sector = grid_size(rate, g->quads);
@@ -2500,15 +2507,6 @@ static int run_info(mesh *m, const options *o)
 
 /* ---- report ---------------------------------------------------------------------------------- */
 
-/* report.c; where it is not linked, as only ELF allows, the command is missing. */
-#ifdef __ELF__
-__attribute__((weak)) void check_report(const report_desc *desc);
-__attribute__((weak)) int report(const report_desc *desc);
-#define HAS_REPORT (check_report && report)
-#else
-#define HAS_REPORT true
-#endif
-
 static report_desc describe_report(const options *o)
 {
     report_desc r;
@@ -2522,12 +2520,13 @@ static report_desc describe_report(const options *o)
     r.json = o->json;
     r.svg = o->svg;
     r.has_mesh = o->input != NULL;
-    if (o->normals >= NORMALS_COMPUTED) r.normal_mode = o->normals - NORMALS_COMPUTED;
+    r.computed_normals = o->normals >= NORMALS_COMPUTED;
+    if (r.computed_normals) r.normal_mode = o->normals - NORMALS_COMPUTED;
     return r;
 }
 
-/* m: NULL where the command line names none. What is wrong with a mesh is found here, where its lines
-   are known. */
+/* m: NULL where the command line names none. What is wrong with a mesh is found here, where its
+   lines are known. */
 static int run_report(mesh *m, const options *o)
 {
     report_desc r = describe_report(o);
@@ -2582,8 +2581,8 @@ static const struct command {
      "    patchsurf tessellate cow.obj -o smooth.glb --scheme smoothed_n --variant final\n"
      "    patchsurf tessellate - -o - < spot.obj > smooth.obj\n"},
     {"patches", PATCHES, run_patches, "MESH [-o OUT.json]", "control points of the patches",
-     "Writes the patches as JSON: face, sector (piece of a split face), kind and all that is\n"
-     "stored of it, ordered by kind, then by face. The header documents the order of the points.\n\n"
+     "Writes the patches as JSON: face, sector (piece of a split face), kind and all points that\n"
+     "are stored, by kind, then by face. The header documents their order.\n\n"
      "Examples:\n"
      "    patchsurf patches spot.obj\n"
      "    patchsurf patches cow.obj --scheme hybrid\n"
@@ -2841,8 +2840,8 @@ static void print_help(FILE *file, const struct command *command)
           "\"t crease\" of a sharpness s >= 10 makes an edge hard: a smooth curve with one normal\n"
           "on each side; below, it sets the blend ratio (2/3) 2^-s at both ends. \"t corner\" of\n"
           "s >= 10 keeps a vertex in place where two or more hard or boundary edges meet.\n"
-          "Schemes other than pm take vertex normals: those of the file (vn; nx ny nz), which make an\n"
-          "edge hard where its sides differ by a degree or more, or computed ones.\n"
+          "Schemes other than pm take vertex normals: those of the file (vn; nx ny nz), which\n"
+          "make an edge hard where its sides differ by a degree or more, or computed ones.\n"
           "Meshes far from the origin are computed about their middle and written where they are.\n"
           "Exit status: 0 done, 1 a check failed, 2 bad usage or bad input.\n", file);
 }
