@@ -247,7 +247,7 @@ static const char *quoted(word w)
     return text;
 }
 
-/* A finite number and nothing else. as_float: rounded once, to a float, which it must not exceed. */
+/* A finite number and nothing else. as_float: rounded once, to a float, which must be finite. */
 static bool scan_number(word w, bool as_float, double *value)
 {
     char *end = NULL;
@@ -1154,7 +1154,8 @@ typedef struct options {                /* of the command line */
 
 static NORETURN void fail_normal(const mesh *m, size_t normal)
 {
-    static const char message[] = "normal is not three finite numbers; --normals average needs none";
+    static const char message[] =
+        "normal is not three finite numbers; --normals average needs none";
     if (normal < m->normal_lines.count) {
         fail(m->name, u32_at(&m->normal_lines, normal), "%s", message);
     }
@@ -1423,22 +1424,84 @@ static void build_surface(surface *s, const mesh *m, const description *d, psurf
     must(s, psurf_construct(&s->patches, &s->construct));
 }
 
-/* The surface that the command line asks for. */
-static void make_surface(surface *s, mesh *m, const options *o)
-{
-    description d;
-    describe(&d, m, o);
-    if (o->scheme != PSURF_PM && takes_file_normals(m, o)) use_file_normals(&d, m);
-    build_surface(s, m, &d, o->scheme);
-    free_description(&d);
-}
-
 static void free_surface(surface *s)
 {
     free(s->patches.patches);
     free(s->patches.scratch);
     psurf_topology_destroy(s->topology);
 }
+
+static bool splits_a_face(const mesh *m, psurf_split split)
+{
+    const uint32_t most = split == PSURF_SPLIT_TRIANGLES ? 3 : 4;
+    size_t i;
+    for (i = 0; i < m->sizes.count; i++) {
+        if (u32_at(&m->sizes, i) > most) return true;
+    }
+    return false;
+}
+
+static psurf_sample sample_of_corner(size_t face, uint32_t size, uint32_t corner)
+{
+    static const float square[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    psurf_sample at;
+    at.face = (uint32_t)face;
+    at.sector = corner;
+    at.u = size < 5 ? square[size == 3 && corner == 2 ? 3 : corner][0] : 1;
+    at.v = size < 5 ? square[size == 3 && corner == 2 ? 3 : corner][1] : 0;
+    return at;
+}
+
+/* The library takes limits from the facets of the scheme. Where these are not pm's, points and
+   normals come from pm's surface and replace those of the mesh. */
+static void use_limits(description *d, mesh *m, psurf_split split)
+{
+    surface s;
+    psurf_points out;
+    size_t face, first = 0;
+    uint32_t i;
+    build_surface(&s, m, d, PSURF_PM);
+    if (s.info.ngon_faces == 0 && !splits_a_face(m, split)) {
+        free_surface(&s);
+        return;
+    }
+    memset(&out, 0, sizeof out);
+    m->normals.count = m->corner_normals.count = 0;
+    for (face = 0; face < m->sizes.count; face++) {
+        uint32_t size = u32_at(&m->sizes, face);
+        for (i = 0; i < size; i++) {
+            psurf_sample at = sample_of_corner(face, size, i);
+            uint32_t v = u32_at(&m->corners, first + i);
+            out.p = (float *)m->positions.data + 3 * (size_t)v;
+            out.n = push(&m->normals, 3 * sizeof *out.n);
+            psurf_eval(&s.patches, &at, 1, &out);
+            push_u32(&m->corner_normals, (uint32_t)(first + i));
+        }
+        first += size;
+    }
+    free_surface(&s);
+    d->construct.normal_mode = PSURF_NORMALS_AVERAGE;
+    use_file_normals(d, m);
+}
+
+/* Whether normals of its own come with the mesh to a scheme other than pm. */
+static bool find_normals(description *d, mesh *m, const options *o, psurf_split split)
+{
+    if (takes_file_normals(m, o)) use_file_normals(d, m);
+    else if (d->construct.normal_mode == PSURF_NORMALS_LIMIT) use_limits(d, m, split);
+    return d->construct.normals != NULL;
+}
+
+/* The surface that the command line asks for. */
+static void make_surface(surface *s, mesh *m, const options *o)
+{
+    description d;
+    describe(&d, m, o);
+    if (o->scheme != PSURF_PM) find_normals(&d, m, o, psurf_scheme_split(o->scheme));
+    build_surface(s, m, &d, o->scheme);
+    free_description(&d);
+}
+
 
 /* The tessellation of one face by itself, in memory that the next face uses again. */
 typedef struct face_points {
@@ -1930,6 +1993,10 @@ static int run_tessellate(mesh *m, const options *o)
 
 /* ---- patches --------------------------------------------------------------------------------- */
 
+/* How many of the points that are stored are places; normals and marks follow them. */
+static const size_t place_counts[PSURF_KIND_COUNT] = {16, 13, 19, 25, 31, 10, 16, 10, 18, 21, 15,
+                                                      15};
+
 static void write_patch(FILE *file, const mesh *m, const psurf_patch *patch)
 {
     size_t i, axis;
@@ -1938,7 +2005,8 @@ static void write_patch(FILE *file, const mesh *m, const psurf_patch *patch)
     for (i = 0; i < patch->point_count; i++) {
         fputs(i ? ",[" : "[", file);
         for (axis = 0; axis < 3; axis++) {
-            float x = put_back(m, patch->points[3 * i + axis], axis);
+            float x = patch->points[3 * i + axis];
+            if (i < place_counts[patch->kind]) x = put_back(m, x, axis);
             if (axis) fputc(',', file);
             if (isfinite(x)) put_float(file, x);
             else fputs("null", file);
@@ -1993,7 +2061,8 @@ static void start_grid(face_grid *g, psurf_split split, uint32_t size, uint32_t 
     size_t count;
     g->rate = rate;
     g->round = size >= 5 && split == PSURF_SPLIT_PM;
-    g->sectors = size < 5 ? 1 : g->round ? size : split == PSURF_SPLIT_PN ? (size - 1) / 2 : size - 2;
+    if (size < 5) g->sectors = 1;
+    else g->sectors = g->round ? size : split == PSURF_SPLIT_PN ? (size - 1) / 2 : size - 2;
     g->quads = size == 4 || (size >= 5 && split == PSURF_SPLIT_PN);
     g->last_quad = g->quads && size % 2 == 0;
     g->per_sector = grid_size(rate, g->quads);
@@ -2409,22 +2478,6 @@ static void print_info(const surface *s, const psurf_info *classes, const triang
     close_output(&out);
 }
 
-static bool has_triangles_alone(const mesh *m)
-{
-    size_t i;
-    for (i = 0; i < m->sizes.count; i++) {
-        if (u32_at(&m->sizes, i) != 3) return false;
-    }
-    return true;
-}
-
-/* pm ignores the normals of a file, but asked for by name they count in what is measured. */
-static bool info_takes_file_normals(const mesh *m, const options *o)
-{
-    if (o->scheme == PSURF_PM && o->normals != NORMALS_INPUT) return false;
-    return takes_file_normals(m, o);
-}
-
 static int run_info(mesh *m, const options *o)
 {
     description d;
@@ -2434,8 +2487,11 @@ static int run_info(mesh *m, const options *o)
     memset(&own, 0, sizeof own);
     describe(&d, m, o);
     build_surface(&pm, m, &d, PSURF_PM);
-    facts.exist = has_triangles_alone(m);
-    if ((facts.exist || asked == &own) && info_takes_file_normals(m, o)) use_file_normals(&d, m);
+    facts.exist = !splits_a_face(m, PSURF_SPLIT_TRIANGLES);
+    if (asked == &own) find_normals(&d, m, o, psurf_scheme_split(o->scheme));
+    else if (facts.exist && o->normals == NORMALS_INPUT) {
+        find_normals(&d, m, o, PSURF_SPLIT_TRIANGLES);      /* pm itself ignores them */
+    }
     if (asked == &own) build_surface(&own, m, &d, o->scheme);
     if (facts.exist) {
         build_surface(&flat, m, &d, PSURF_CUBIC_PN_B1);
@@ -2451,15 +2507,6 @@ static int run_info(mesh *m, const options *o)
 
 /* ---- report ---------------------------------------------------------------------------------- */
 
-/* report.c; where it is not linked, as only ELF allows, the command is missing. */
-#ifdef __ELF__
-__attribute__((weak)) void check_report(const report_desc *desc);
-__attribute__((weak)) int report(const report_desc *desc);
-#define HAS_REPORT (check_report && report)
-#else
-#define HAS_REPORT true
-#endif
-
 static report_desc describe_report(const options *o)
 {
     report_desc r;
@@ -2473,12 +2520,13 @@ static report_desc describe_report(const options *o)
     r.json = o->json;
     r.svg = o->svg;
     r.has_mesh = o->input != NULL;
-    if (o->normals >= NORMALS_COMPUTED) r.normal_mode = o->normals - NORMALS_COMPUTED;
+    r.computed_normals = o->normals >= NORMALS_COMPUTED;
+    if (r.computed_normals) r.normal_mode = o->normals - NORMALS_COMPUTED;
     return r;
 }
 
-/* m: NULL where the command line names none. What is wrong with a mesh is found here, where its lines
-   are known. */
+/* m: NULL where the command line names none. What is wrong with a mesh is found here, where its
+   lines are known. */
 static int run_report(mesh *m, const options *o)
 {
     report_desc r = describe_report(o);
@@ -2491,8 +2539,7 @@ static int run_report(mesh *m, const options *o)
     r.corners = d.mesh.corners;
     r.corner_count = d.mesh.corner_count;
     if (o->scheme_name == NULL || o->scheme != PSURF_PM) {
-        r.file_normals = takes_file_normals(m, o);
-        if (r.file_normals) weld_normals(m);
+        r.file_normals = find_normals(&d, m, o, PSURF_SPLIT_TRIANGLES);
     }
     status = report(&r);
     free_description(&d);
@@ -2534,8 +2581,8 @@ static const struct command {
      "    patchsurf tessellate cow.obj -o smooth.glb --scheme smoothed_n --variant final\n"
      "    patchsurf tessellate - -o - < spot.obj > smooth.obj\n"},
     {"patches", PATCHES, run_patches, "MESH [-o OUT.json]", "control points of the patches",
-     "Writes the patches as JSON: face, sector (piece of a split face), kind and all that is\n"
-     "stored of it, ordered by kind, then by face. The header documents the order of the points.\n\n"
+     "Writes the patches as JSON: face, sector (piece of a split face), kind and all points that\n"
+     "are stored, by kind, then by face. The header documents their order.\n\n"
      "Examples:\n"
      "    patchsurf patches spot.obj\n"
      "    patchsurf patches cow.obj --scheme hybrid\n"
@@ -2737,8 +2784,9 @@ static const struct option {
     {"--shading", "N", MESHES, OF_N, set_shading,
      "smoothed_n: linear (default), quadratic or exact normals"},
     {"--normals", "N", EVERY, ANY_SCHEME, set_normals,
-     "input, average, average-area or limit, all schemes but pm;\n"
-     "                        default: input where every corner has one, else average"},
+     "input, average, average-area or limit (points and normals of pm's\n"
+     "                        surface), for all schemes but pm; default: input where every\n"
+     "                        corner has one, else average"},
     {"--rate", "R", MESHES, ANY_SCHEME, set_rate, "segments per edge, 1 to 16384 (default 8)"},
     {"--blend", "A", MESHES, OF_PM, set_blend,
      "pm: blend ratio of edges without a tag: 0 sharp, 2/3 (default)\n"
@@ -2792,8 +2840,8 @@ static void print_help(FILE *file, const struct command *command)
           "\"t crease\" of a sharpness s >= 10 makes an edge hard: a smooth curve with one normal\n"
           "on each side; below, it sets the blend ratio (2/3) 2^-s at both ends. \"t corner\" of\n"
           "s >= 10 keeps a vertex in place where two or more hard or boundary edges meet.\n"
-          "Schemes other than pm take vertex normals: those of the file (vn; nx ny nz), which make an\n"
-          "edge hard where its sides differ by a degree or more, or computed ones.\n"
+          "Schemes other than pm take vertex normals: those of the file (vn; nx ny nz), which\n"
+          "make an edge hard where its sides differ by a degree or more, or computed ones.\n"
           "Meshes far from the origin are computed about their middle and written where they are.\n"
           "Exit status: 0 done, 1 a check failed, 2 bad usage or bad input.\n", file);
 }

@@ -502,7 +502,7 @@ static void make_surface(surface *s, const shape *m, psurf_scheme scheme, const 
     create_topology(s, m, desc, psurf_scheme_split(scheme));
     memset(&construct, 0, sizeof construct);
     construct.positions = m->points.data;
-    construct.normals = m->normals.data;
+    construct.normals = m->normals.count ? m->normals.data : NULL;
     construct.normal_mode = (psurf_normal_mode)desc->normal_mode;
     construct.variant = (psurf_variant)desc->variant;
     construct.flags = desc->flags;
@@ -637,12 +637,14 @@ static void add_cosines(array *rows, const subject *of)
     r->step = of->step;
     r->scheme = "normals";
     for (i = 0; i < points->count; i++) push_point(&normals, 0, 0, 0);
-    for (i = 0; i < of->shape.corners.count; i += 6) {      /* both triangles of a quad: a flat one */
+    for (i = 0; i < of->shape.corners.count; i += 6) {      /* both triangles of a quad, flat */
         const uint32_t quad[4] = {corners[i], corners[i + 1], corners[i + 2], corners[i + 5]};
         double n[3];
         triangle_normal(point_at(points, quad[0]), point_at(points, quad[1]),
                         point_at(points, quad[2]), n);
-        for (k = 0; k < 12; k++) ((double *)normals.data)[3 * (size_t)quad[k / 3] + k % 3] += n[k % 3];
+        for (k = 0; k < 12; k++) {
+            ((double *)normals.data)[3 * (size_t)quad[k / 3] + k % 3] += n[k % 3];
+        }
     }
     for (i = 0; i < points->count; i++) normalize((double *)normals.data + 3 * i);
     for (i = 0; i < of->shape.corners.count; i++) {
@@ -654,14 +656,15 @@ static void add_cosines(array *rows, const subject *of)
     free(normals.data);
 }
 
-static void start_subject(subject *of, const char *name, int64_t step, bool curvature)
+static void start_subject(subject *of, const char *name, int64_t step, const report_desc *desc)
 {
     const bool sphere = strcmp(name, "sphere") == 0;
     of->mesh = name;
     of->step = step;
-    of->distance = curvature ? NULL : sphere ? distance_to_sphere : distance_to_torus;
+    of->distance = sphere ? distance_to_sphere : distance_to_torus;
     if (sphere) make_sphere(&of->shape, step);
     else make_torus(&of->shape, step);
+    if (desc->computed_normals) of->shape.normals.count = 0;
 }
 
 static void report_curvature(const report_desc *desc)
@@ -671,12 +674,14 @@ static void report_curvature(const report_desc *desc)
     subject of;
     output out;
     if (sphere) {
-        start_subject(&of, "sphere", desc->step < 0 ? 0 : desc->step, true);
+        start_subject(&of, "sphere", desc->step < 0 ? 0 : desc->step, desc);
+        of.distance = NULL;
         add_rows(&rows, &of, desc);
         free_shape(&of.shape);
     }
     if (torus) {
-        start_subject(&of, "torus", desc->step < 0 ? 5 : desc->step, true);
+        start_subject(&of, "torus", desc->step < 0 ? 5 : desc->step, desc);
+        of.distance = NULL;
         add_rows(&rows, &of, desc);
         free_shape(&of.shape);
     }
@@ -814,7 +819,7 @@ static double plot_y(const plot *p, double value)
 static void start_plot(plot *p, const distance_report *d)
 {
     const int64_t *steps = d->steps.data;
-    double low = INFINITY, high = 0;
+    double low = HUGE_VAL, high = 0;
     size_t i, n = d->steps.count;
     p->d = d;
     while (n > 1 && steps[n - 1] > d->last) n--;
@@ -870,6 +875,11 @@ static void draw_mark(FILE *file, int which, double x, double y)
     fprintf(file, "<path d=\"M%.1f %.1f%s\"/>\n", x, y, marks[which]);
 }
 
+static bool is_plotted(const plot *p, const row *r, const char *scheme)
+{
+    return strcmp(r->scheme, scheme) == 0 && r->step <= p->d->last && r->s.mean_size > 0;
+}
+
 static void draw_scheme(FILE *file, const plot *p, int which, const char *scheme)
 {
     static const char *const styles[] = {"#0072b2\" stroke-width=\"2", "#d55e00\" stroke-width=\"2",
@@ -881,7 +891,7 @@ static void draw_scheme(FILE *file, const plot *p, int which, const char *scheme
     fprintf(file, "<g stroke=\"%s\">\n<path d=\"M%d %dh40", styles[which], RIGHT + 20, legend);
     for (i = 0; i < p->d->rows.count; i++) {
         const row *r = (const row *)p->d->rows.data + i;
-        if (strcmp(r->scheme, scheme) != 0 || r->step > p->d->last || !(r->s.mean_size > 0)) continue;
+        if (!is_plotted(p, r, scheme)) continue;
         fprintf(file, "%s%.1f %.1f", join, plot_x(p, r->step), plot_y(p, r->s.mean_size));
         join = "L";
     }
@@ -890,7 +900,7 @@ static void draw_scheme(FILE *file, const plot *p, int which, const char *scheme
     draw_mark(file, which, RIGHT + 40, legend);
     for (i = 0; i < p->d->rows.count; i++) {
         const row *r = (const row *)p->d->rows.data + i;
-        if (strcmp(r->scheme, scheme) != 0 || r->step > p->d->last || !(r->s.mean_size > 0)) continue;
+        if (!is_plotted(p, r, scheme)) continue;
         draw_mark(file, which, plot_x(p, r->step), plot_y(p, r->s.mean_size));
     }
     fprintf(file, "</g>\n<text x=\"%d\" y=\"%d\">%s</text>\n", RIGHT + 70, legend + 5, scheme);
@@ -925,7 +935,7 @@ static void report_distances(const report_desc *desc)
     list_steps(&d, desc);
     for (i = 0; i < d.steps.count; i++) {
         subject of;
-        start_subject(&of, d.mesh, ((const int64_t *)d.steps.data)[i], false);
+        start_subject(&of, d.mesh, ((const int64_t *)d.steps.data)[i], desc);
         add_rows(&d.rows, &of, desc);
         if (of.distance == distance_to_torus) add_cosines(&d.cosine_rows, &of);
         free_shape(&of.shape);
@@ -1061,7 +1071,7 @@ static void take_hybrid(cubic *c, const double *points)
 {
     int k;
     for (k = 0; k < 3; k++) {
-        const double *set = points + 3 * (3 + 5 * k), *before = points + 3 * (3 + 5 * ((k + 2) % 3));
+        const double *set = points + 9 + 15 * k, *before = points + 9 + 15 * ((k + 2) % 3);
         c->corner[k] = points[3 * k];
         c->b.own[k][0].value = set[0];
         c->b.own[k][1].value = set[6];
@@ -1074,7 +1084,8 @@ static void take_hybrid(cubic *c, const double *points)
 /* png1, and the ribbons of cubic_wm_b1, which have no second points for the keys. */
 static void take_boundary(cubic *c, const double *points)
 {
-    static const int corner_places[3] = {0, 3, 8}, other_places[3][2] = {{9, 11}, {12, 10}, {13, 14}};
+    static const int corner_places[3] = {0, 3, 8};
+    static const int other_places[3][2] = {{9, 11}, {12, 10}, {13, 14}};
     const int inner = c->scheme == PSURF_PNG1 ? 15 : 9;
     int k, side;
     for (k = 0; k < 3; k++) {
@@ -1097,9 +1108,9 @@ static void raise_inner_points(cubic *c)
         const double p = c->corner[e], q = c->corner[next];
         const double x = c->key[e][0], y = c->key[next][1], middle = (x + y) / 2;
         const double start = c->key[e][1] - (p + x) / 2, end = c->key[next][0] - (q + y) / 2;
-        number *inner = c->b.inner[e];
-        inner[0].value = (2 * (inner[0].value - middle) + start) / 4 + ((p + 3 * x) / 4 + middle) / 2;
-        inner[1].value = (2 * (inner[1].value - middle) + end) / 4 + ((q + 3 * y) / 4 + middle) / 2;
+        number *first = &c->b.inner[e][0], *last = &c->b.inner[e][1];
+        first->value = (2 * (first->value - middle) + start) / 4 + ((p + 3 * x) / 4 + middle) / 2;
+        last->value = (2 * (last->value - middle) + end) / 4 + ((q + 3 * y) / 4 + middle) / 2;
     }
 }
 
@@ -1127,8 +1138,10 @@ static double evaluate(cubic *c)
     if (c->quartic) return evaluate_quartic(c);
     for (k = 0; k < 3; k++) {
         const double t = c->b.t[k].value;
-        for (side = 0; side < 2 && hybrid; side++) c->key[k][side] = hybrid_key(&c->b, k, side).value;
-        for (side = 0; side < 2 && png1; side++) c->key[k][side] = png1_key(&c->b, k, side).value;
+        for (side = 0; side < 2; side++) {
+            if (hybrid) c->key[k][side] = hybrid_key(&c->b, k, side).value;
+            if (png1) c->key[k][side] = png1_key(&c->b, k, side).value;
+        }
         sum += t * t * (t * c->corner[k] + 3 * c->b.t[(k + 1) % 3].value * c->key[k][0]
                         + 3 * c->b.t[(k + 2) % 3].value * c->key[k][1]);
         product *= t;
@@ -1147,7 +1160,7 @@ static double compare_with_library(const char *name, const report_desc *desc)
     double p[3], largest = 0;
     cubic c;
     uint32_t i, k, axis;
-    start_subject(&of, "sphere", 0, false);
+    start_subject(&of, "sphere", 0, desc);
     make_surface(&s, &of.shape, find_scheme(name), desc);
     memset(&points, 0, sizeof points);
     points.p = p;
@@ -1184,7 +1197,8 @@ enum { COSTS = sizeof costs / sizeof *costs };
 
 static operations count_operations(const struct cost *cost)
 {
-    const bool hybrid = strcmp(cost->scheme, "hybrid") == 0, png1 = strcmp(cost->scheme, "png1") == 0;
+    const bool hybrid = strcmp(cost->scheme, "hybrid") == 0;
+    const bool png1 = strcmp(cost->scheme, "png1") == 0;
     blend b;
     int k, side;
     memset(&b, 0, sizeof b);
@@ -1250,7 +1264,9 @@ static void report_costs(const report_desc *desc)
     double differences[TABLE_SCHEMES];
     output out;
     int i;
-    for (i = 0; i < TABLE_SCHEMES; i++) differences[i] = compare_with_library(table_schemes[i], desc);
+    for (i = 0; i < TABLE_SCHEMES; i++) {
+        differences[i] = compare_with_library(table_schemes[i], desc);
+    }
     out = open_output(NULL);
     if (desc->json) {
         fputs("{\"rows\":[\n", out.file);
@@ -1262,13 +1278,15 @@ static void report_costs(const report_desc *desc)
         }
         fputs("}}\n", out.file);
     } else {
-        fputs("Operations for the blended control points of a sample ([GB] Table 1): add or subtract,"
-              "\nmultiply, divide. Those of one coordinate; every formula is done as it is printed, so"
-              "\na square is a product, and nothing is kept to be used twice.\n\n", out.file);
+        fputs("Operations for the blended control points of a sample ([GB] Table 1): add or\n"
+              "subtract, multiply, divide. Those of one coordinate; every formula is done as it\n"
+              "is printed, so a square is a product, and nothing is kept to be used twice.\n\n",
+              out.file);
         fprintf(out.file, "%-14s %-10s %18s %22s %22s\n", "scheme", "part", "computed", "printed",
                 "difference");
         print_costs(out.file, false);
-        fputs("\nThe counted formulas against the library's points, on an icosahedron:\n", out.file);
+        fputs("\nThe counted formulas against the library's points, on an icosahedron:\n",
+              out.file);
         for (i = 0; i < TABLE_SCHEMES; i++) {
             fprintf(out.file, "%-14s %.2g\n", table_schemes[i], differences[i]);
         }
@@ -1449,18 +1467,21 @@ static void print_patch_kinds(FILE *file, const array *counts)
         print_counts(file, &printed_counts[0], "  printed", "");
         difference.vertices -= printed_counts[0].vertices;
         difference.faces -= printed_counts[0].faces;
-        for (kind = 0; kind <= PSURF_P5; kind++) difference.kinds[kind] -= printed_counts[0].kinds[kind];
+        for (kind = 0; kind <= PSURF_P5; kind++) {
+            difference.kinds[kind] -= printed_counts[0].kinds[kind];
+        }
         print_counts(file, &difference, "  difference", "");
     }
     for (i = 1; i < PRINTED_COUNTS; i++) {
-        print_counts(file, &printed_counts[i], printed_counts[i].mesh, "  printed; no mesh to be had");
+        print_counts(file, &printed_counts[i], printed_counts[i].mesh, "  printed; no mesh");
     }
 }
 
 static void print_evaluations(FILE *file, const array *counts, const array *samples)
 {
     static const patch_counts single[] = {
-        {"a quad", 0, 0, {1, 0, 0, 0, 0}, 0, 0, {0}}, {"a triangle", 0, 0, {0, 0, 1, 0, 0}, 0, 0, {0}},
+        {"a quad", 0, 0, {1, 0, 0, 0, 0}, 0, 0, {0}},
+        {"a triangle", 0, 0, {0, 0, 1, 0, 0}, 0, 0, {0}},
         {"a pentagon", 0, 0, {0, 0, 0, 0, 1}, 0, 0, {0}}};
     const int64_t *n = samples->data;
     size_t i, k;
@@ -1520,8 +1541,8 @@ static const struct table *find_table(const char *name)
     for (i = 0; i < sizeof tables / sizeof *tables; i++) {
         if (strcmp(name, tables[i].name) == 0) return &tables[i];
     }
-    fail("patchsurf", 0, "there is no report %s; there are sphere, torus, curvature, costs, patches",
-         name);
+    fail("patchsurf", 0, "there is no report %s; there are sphere, torus, curvature, costs and "
+         "patches", name);
 }
 
 void check_report(const report_desc *desc)
@@ -1535,6 +1556,7 @@ void check_report(const report_desc *desc)
              t->name, t->first, t->last, desc->step);
     }
     if (desc->scheme && !t->schemes) fail("patchsurf", 0, "report %s takes no --scheme", t->name);
+    if (desc->svg && strcmp(desc->svg, "-") == 0) fail("patchsurf", 0, "--svg needs a file name");
     if (desc->svg && !t->plot) fail("patchsurf", 0, "report %s has no plot for --svg", t->name);
     if (desc->has_mesh && !t->mesh) fail("patchsurf", 0, "report %s takes no mesh", t->name);
 }

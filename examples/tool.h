@@ -1,6 +1,6 @@
 /* What the two files of the command-line tool share. patchsurf.c has the library in float and every
-   command but report, report.c has it once more, in double, and that command. No type of the library
-   is here: each file has its own. */
+   command but report; report.c has it once more, in double, and that command. No type of the
+   library is here: each file has its own. */
 
 #ifndef PATCHSURF_TOOL_H
 #define PATCHSURF_TOOL_H
@@ -67,6 +67,7 @@ typedef struct report_desc {
     unsigned flags;                     /* of psurf_construct_desc, with sigma */
     double sigma;
     int64_t step;                       /* negative: those of the tables */
+    bool computed_normals;              /* normal_mode is asked for by name */
     bool json, has_mesh;
     const char *svg;                    /* file for a plot, or NULL */
     const mesh *mesh;                   /* with it: */
@@ -75,10 +76,19 @@ typedef struct report_desc {
     bool file_normals;                  /* the mesh's, welded, count, and not normal_mode */
 } report_desc;
 
+/* ELF programs link without report.c too, and lack the command. */
+#ifdef __ELF__
+#define MAY_LACK __attribute__((weak))
+#define HAS_REPORT (check_report && report)
+#else
+#define MAY_LACK
+#define HAS_REPORT true
+#endif
+
 /* Ends the program where there is no such table, or it cannot be for this step or mesh. */
-void check_report(const report_desc *desc);
+MAY_LACK void check_report(const report_desc *desc);
 
 /* Prints the table. Returns the exit status. */
-int report(const report_desc *desc);
+MAY_LACK int report(const report_desc *desc);
 
 #endif

@@ -185,7 +185,7 @@ hash_finds_neon() {
     [ $? = 1 ]
 }
 
-# The tool round an implementation that was compiled in its own way.
+# The tool round an implementation that was compiled in its own way, without the command report.
 tool_around() {         # IMPLEMENTATION.o
     gcc -O2 -I. -DPSURF_IMPLEMENTATION_DONE examples/patchsurf.c "$1" -o "$work/patchsurf" -lm
 }
@@ -270,7 +270,8 @@ suite() {               # CONFIGURATION TEST
 }
 
 tool_suite() {
-    clang -O1 -g -fsanitize=memory -I. examples/patchsurf.c -o "$work/patchsurf" -lm &&
+    clang -O1 -g -fsanitize=memory -I. examples/patchsurf.c examples/report.c \
+        -o "$work/patchsurf" -lm &&
         python3 tests/test_tool.py "$work/patchsurf"
 }
 

@@ -1068,7 +1068,8 @@ class Schemes(ToolTest):
         text = obj(jitter(icosahedron()))
         self.write(text)
         plain = self.ok("sample", "mesh.obj", "--scheme", "hybrid")
-        self.assertEqual(self.ok("sample", "mesh.obj", "--scheme=hybrid", "--plane=bisector"), plain)
+        self.assertEqual(self.ok("sample", "mesh.obj", "--scheme=hybrid", "--plane=bisector"),
+                         plain)
         other = self.ok("sample", "mesh.obj", "--scheme", "hybrid", "--plane", "normals")
         self.assertNotEqual(other, plain)
         check = json.loads(self.ok("check", "mesh.obj", "--scheme", "hybrid", "--plane", "normals",
@@ -1156,7 +1157,7 @@ class Schemes(ToolTest):
     def test_degenerate(self):
         """No value that is not finite, whatever the normals and the edges."""
         vertices, faces = OCTAHEDRON
-        opposite = lambda f, i: vertices[faces[f][i]] if i else minus((0, 0, 0), vertices[faces[f][i]])
+        opposite = lambda f, i: tuple((1 if i else -1) * x for x in vertices[faces[f][i]])
         along = lambda f, i: unit(minus(vertices[faces[f][i - 1]], vertices[faces[f][i]]))
         squashed = [(x, y, 0) for x, y, z in vertices], faces
         line = [(x, 0, 0) for x, y, z in vertices], faces
@@ -1165,7 +1166,8 @@ class Schemes(ToolTest):
         for text in (obj_normals(OCTAHEDRON, opposite), obj_normals(OCTAHEDRON, along),
                      obj(squashed), obj(line), obj(point), obj(single)):
             for scheme in SCHEMES:
-                result = json.loads(self.ok("check", self.write(text), "--json", "--scheme", scheme))
+                self.write(text)
+                result = json.loads(self.ok("check", "mesh.obj", "--json", "--scheme", scheme))
                 self.assertEqual((result["cracks"], result["nonfinite"]), (0, 0), (scheme, text))
                 self.ok("tessellate", "mesh.obj", "-o", "out.glb", "--scheme", scheme)
 
@@ -1233,23 +1235,27 @@ class Normals(ToolTest):
             self.assertEqual(self.info(text, "--scheme", "wm")["hard_edges"], 0)
 
     def test_limit(self):
-        """Points and normals of the smooth surface through whose limit the patches go."""
-        mesh = jitter(icosahedron())
-        text = obj(mesh)
-        for scheme in SCHEMES[1:]:
-            points = set(self.surface(text, "--rate", 1, "--scheme", scheme, "--normals",
-                                      "limit")[0])
-            self.assertEqual(len(points), 12)
-            for v in range(12):
-                p = limit_position(mesh, v)
-                self.assertTrue(any(math.dist(p, q) < 1e-6 for q in points), (scheme, v))
-        limit = {tuple(map(float, r[4:7])): tuple(map(float, r[7:10]))
-                 for r in self.samples(text, "--rate", 1)}
-        rows = self.samples(text, "--rate", 1, "--scheme", "wm", "--normals", "limit")
-        for r in rows:
-            p, n = tuple(map(float, r[4:7])), tuple(map(float, r[7:10]))
-            at = min(limit, key=lambda q: math.dist(p, q))
-            self.assertLess(math.dist(p, at) + math.dist(n, limit[at]), 1e-5)
+        """The vertices of pm's surface, and its normals there, whatever pieces a scheme makes."""
+        place = lambda r: (r[0], *map(float, r[4:10]))
+        for mesh, tags in ((jitter(icosahedron()), ""), (jitter(house()), ""), (grid(3, 2), ""),
+                           (jitter(prism(6)), ""), (CUBE, creases(CUBE_EDGES[:4])),
+                           (OCTAHEDRON, creases([(0, 2), (2, 1), (1, 3), (3, 0)]))):
+            text = obj(mesh, tags)
+            known = {}
+            for face, *rest in map(place, self.samples(text, "--rate", 1)):
+                known.setdefault(face, []).append(rest)
+            for scheme in SCHEMES[1:]:
+                rows = self.samples(text, "--rate", 1, "--scheme", scheme, "--normals", "limit")
+                for face, *rest in map(place, rows):
+                    self.assertTrue(any(math.dist(rest, other) < 1e-4 for other in known[face]),
+                                    (scheme, face, rest, known[face]))
+                check = json.loads(self.ok("check", "mesh.obj", "--scheme", scheme, "--json",
+                                           "--normals", "limit"))
+                self.assertEqual((check["cracks"], check["nonfinite"]), (0, 0))
+        mesh = jitter(house())
+        points = self.surface(obj(mesh), "--rate", 1, "--scheme", "wm", "--normals", "limit")[0]
+        for v in range(len(mesh[0])):
+            self.assertTrue(any(math.dist(limit_position(mesh, v), q) < 1e-6 for q in points))
 
     def test_missing(self):
         """One corner without a normal, or with one of length zero: they are averaged."""
@@ -1329,7 +1335,7 @@ class Normals(ToolTest):
                 self.near([tuple(map(float, r[7:10])) for r in rows], result)
         bad = lambda v: (0, 0, math.nan if v == 3 else 1)
         for form, says in (("ascii", "in.ply:18: normal is not three finite numbers"),
-                           ("binary_big_endian", "in.ply: vertex 3, counting from 0: normal is not")):
+                           ("binary_big_endian", "in.ply: vertex 3, counting from 0: normal is")):
             self.write(ply(mesh, form, vertex_names="x y z nx ny nz", extra=bad), "in.ply")
             self.bad("check", "in.ply", "--scheme", "hybrid", says=says)
             self.ok("check", "in.ply")
@@ -1488,6 +1494,9 @@ class Report(ToolTest):
         plain, final = (self.report("sphere", "--step", 1, "--scheme", "smoothed_n", *o)["rows"][0]
                         for o in ((), ("--variant", "final")))
         self.assertNotEqual(plain["mean"], final["mean"])
+        given, average = (self.report("sphere", "--step", 1, *o)["rows"][0]["mean"]
+                          for o in ((), ("--normals", "average-area")))
+        self.assertNotEqual(given, average)
 
     def test_against_samples(self):
         """The same statistics of what sample writes, in single precision: an independent count."""
@@ -1609,6 +1618,7 @@ class Report(ToolTest):
                 (["patches", "--step", "1"], "report patches has steps from 2"),
                 (["costs", "--step", "1"], "report costs has no steps"),
                 (["costs", "--svg", "x.svg"], "report costs has no plot"),
+                (["sphere", "--svg", "-"], "--svg needs a file name"),
                 (["patches", "--scheme", "wm"], "report patches takes no --scheme"),
                 (["sphere", "--scheme", "x"], "unknown scheme x"),
                 (["sphere", "--rate", "3"], "report has no option --rate"),
@@ -1783,6 +1793,18 @@ class Far(ToolTest):
             for a, b in zip(expected, patches):
                 self.same(self.floats(b.pop("points")), self.put(self.floats(a.pop("points"))))
             self.same(patches, expected)
+
+    def test_patches_of_schemes(self):
+        """Points are moved, normals and marks are not."""
+        places = {"pn_tri": 10, "pn_quad": 16, "npatch": 10, "hybrid": 18, "png1": 21,
+                  "ribbon": 15, "ribbon_b2": 15}
+        near, far = next(self.pairs())
+        for scheme in SCHEMES[1:]:
+            expected, patches = (json.loads(self.ok("patches", self.write(text), "--scheme",
+                                                    scheme))["patches"] for text in (near, far))
+            for a, b in zip(expected, patches):
+                count, a, b = places[a["kind"]], *map(self.floats, (a["points"], b["points"]))
+                self.same(b, self.put(a[:count]) + a[count:])
 
     def test_sample(self):
         for near, far in self.pairs():
@@ -2149,8 +2171,8 @@ class BadInput(ToolTest):
                  re.sub(r"f (\d+) (\d+)", r"f \1/1/1 -\2//1", obj(CUBE, "vt 0 0\nvn 0 0 1\n")),
                  obj(PILLOWS, creases([(0, 1), (1, 2)]) + "t corner 1/1/0 1 10\n")]
         seeds = [text.encode() for text in seeds]
-        seeds += [ply(house(), form, vertex_names="x y z s t", extra=lambda v: (v, 1))
-                  for form in ("ascii",) + Ply.BINARY]
+        seeds += [ply(house(), form, vertex_names="x y z " + names, extra=lambda v: (v, 1, 1)[:n])
+                  for form in ("ascii",) + Ply.BINARY for names, n in (("s t", 2), ("nx ny nz", 3))]
         words = [b"1", b"7", b"3", b".5", b" ", b"-", b"/", b"1e38", b"nan", b"\0", b"\\\n", b"\r",
                  b"4294967296", b"-1", b"f ", b"t ", b"0", b"\n", b"v 1 1 1\n", b"\xff", b"#",
                  b"property list uchar int s\n", b"element face 9\n", b"double", b"\0\0\x80\x7f"]
@@ -2161,7 +2183,8 @@ class BadInput(ToolTest):
                 at = rng.randrange(len(data))
                 data[at:at + rng.randrange(3)] = rng.choice(words)
             self.write(bytes(data))
-            done = self.run_tool("tessellate", "mesh.obj", "-o", "out.glb", "--rate", 2)
+            done = self.run_tool("tessellate", "mesh.obj", "-o", "out.glb", "--rate", 2, "--scheme",
+                                 rng.choice(SCHEMES))
             outcomes[done.returncode] += 1
             self.assertIn(done.returncode, (0, 2), (bytes(data), done.stderr))
             problems = [line for line in done.stderr.split(b"\n")[:-1] if b"warning" not in line]
