@@ -104,7 +104,8 @@
        are per input face all the same.
      * point-normal schemes (all but pm) make a patch from the corners of a facet and the normals
        there, some with a look at the facets across its edges; the surface passes through the
-       vertices. Normals are the caller's, or computed. Blend ratios and corners mean nothing here.
+       vertices. Normals are the caller's, or computed. Blend ratios mean nothing here, corners only
+       with PSURF_NORMALS_LIMIT.
 
    CHOOSING A SCHEME
      scheme        facets   across edges        needs     bytes  best for
@@ -127,9 +128,10 @@
      * hard edges: tags, and edges whose two sides name different normals. Both sides share one
        curve that is tangent to both planes, so nothing gapes. Normals less than a degree apart
        count as equal: weld them before they come in.
-     * where a formula has no answer (hybrid: a normal across its plane's; others: opposite normals,
-       edges of no length) the edge falls back to a form that has, on both sides alike. It may lose
-       G1 there; psurf_check counts these edges as fallback_edges.
+     * where a formula has no answer (hybrid: a normal across its plane's; png1 and cubic_..:
+       opposite normals, normals along an edge, edges of no length) the edge falls back to a form
+       that has, on both sides alike. It may lose G1 there; psurf_check counts such edges between
+       two facets as fallback_edges.
      * normals at corners are those given; those in between are the surface's (n), or what pn and
        smoothed_n shade with (shade). Where a coarse mesh folds sharply a patch that passes through
        its vertices may turn over: across such an edge the planes meet, but the normals oppose.
@@ -492,7 +494,8 @@ typedef struct psurf_edge {             /* a side of an edge; the second sides o
    1/(2 n lambda_n) of the tangents, then cosine and sine of j/n turns, j = 0 .. n-1. */
 typedef struct psurf_trig { psurf_real c, s; } psurf_trig;
 #define PSURF_WRITER 0x80000000u        /* bit 31 of psurf_corner.ring and .edge */
-#define PSURF_INNER_EDGE 0x7FFFFFFFu    /* psurf_corner.edge between the pieces of a split face */
+#define PSURF_INNER_EDGE 0x7FFFFFFFu    /* psurf_corner.edge between pieces of a split face, with pm;
+                                           else those have numbers, from edge_sides on */
 #define PSURF_SPLIT_FACE 0x80000000u    /* bit 31 of psurf_facet.piece */
 #define PSURF_RING_POLAR 0x80000000u    /* psurf_ring.valence: the facets are polar */
 #define PSURF_RING_OPEN 0x40000000u     /* between two sharp spokes: crease or boundary, */
@@ -568,8 +571,9 @@ typedef struct psurf_patches {
 typedef enum psurf_normal_mode {
     PSURF_NORMALS_AVERAGE,              /* mean of the unit normals of the facets around */
     PSURF_NORMALS_AREA,                 /* the same, weighted by area */
-    PSURF_NORMALS_LIMIT,                /* limit points and normals: Catmull and Clark's among
-                                           quads, else pm's. Positions move there too */
+    PSURF_NORMALS_LIMIT,                /* limit points and normals of the facets after splitting:
+                                           Catmull and Clark's among quads, else pm's. Positions
+                                           move there too */
     PSURF_NORMALS_COUNT
 } psurf_normal_mode;
 
@@ -603,7 +607,8 @@ typedef struct psurf_construct_desc {
     size_t position_stride;             /* bytes between positions; 0 = 3 reals */
     const psurf_real *blends;           /* pm: [spokes] 0..1, trusted; NULL = the topology's */
     const psurf_real *normals;          /* [normal_count of the mesh][3], or [vertex_count] where it
-                                           has no face_normals; made unit length. NULL: computed */
+                                           has no face_normals; made unit length, where they are not
+                                           zero. NULL: computed */
     size_t normal_stride;               /* bytes between normals; 0 = 3 reals */
     psurf_normal_mode normal_mode;      /* read only without normals */
     psurf_variant variant;
@@ -685,8 +690,8 @@ typedef struct psurf_points {
    towards it they grow without bound.
    On facet boundaries p comes from the one cubic that both facets share: bit-identical from both
    sides where the edge parameters are exactly s and 1-s.
-   At corners of point-normal patches n is the normal that was given there; second derivatives do
-   not exist and are written as 0.
+   At corners of point-normal patches, from weights of 1 - 1e-6 on, n is the normal that was given
+   there, unless that was zero; second derivatives do not exist and are written as 0.
    No allocation; any number of threads; no pointer but those inside out may be NULL.
    Source: [PM] eqs. 2, 3, 17-19; at a pole the rows are weighted by B_j(v)/(1-v). [PN] 2, [N] 1.1,
    [GB] 2 and (1), (10). */
@@ -2173,12 +2178,16 @@ static uint32_t psurf__wide_wedge(const psurf__builder *b, const psurf__fan *fan
     return wide;
 }
 
-/* Whether a fan is one face at a boundary, or the two pieces of one that was split. */
+/* Whether a fan is one face at a boundary, or the pieces of one that was split. */
 static int psurf__has_one_face(const psurf__builder *b, const psurf__fan *fan)
 {
-    if (!fan->open || fan->facets > 2) return 0;
-    return fan->facets == 1 ||
-           psurf__is_inner(b, psurf__counter_clockwise(b, fan->start));
+    uint32_t c = fan->start, i;
+    if (!fan->open) return 0;
+    for (i = 1; i < fan->facets; i++) {
+        c = psurf__counter_clockwise(b, c);
+        if (!psurf__is_inner(b, c)) return 0;
+    }
+    return 1;
 }
 
 /* The rings of one fan: a closed one, or one per wedge between sharp spokes. */
@@ -4023,6 +4032,7 @@ static int psurf__png1_edge(const psurf__local *l, const psurf__frame *frame, ui
     alt[psurf__key[e][1]] = psurf__add(c->handle[0], psurf__carried(&s, x[1], 0));
     alt[psurf__key[(e + 1) % 3][0]] = psurf__add(c->handle[1], psurf__carried(&s, x[0], 2));
     if (!(psurf__dot(normals, normals) > PSURF__SLIGHT)) s.singular = 1;
+    if (psurf__dot(normal[0], normal[2]) <= -1 + PSURF__SLIGHT) s.singular = 1;       /* opposite */
     return s.singular ? PSURF_EDGE_FALLBACK : PSURF_EDGE_SMOOTH;
 }
 
@@ -4901,9 +4911,10 @@ static PSURF__INLINE void psurf__advance(psurf__cursor *c)
     c->n_step += c->n_bend;
 }
 
-/* Cursors that stay where they are, for samples with places of their own. */
+/* Samples with places of their own, some of them together: that is how their weights are made. */
+enum { PSURF__HELD = 8 };
 typedef struct psurf__held {
-    psurf_real sample[2][8][6];
+    psurf_real sample[2][PSURF__HELD][8][6];            /* of each end of a line; lanes */
     psurf_real *p[2][8], *n[2][8];
 } psurf__held;
 
@@ -4912,13 +4923,13 @@ static void psurf__hold_cursors(psurf__held *held, int normals, psurf__cursor c[
     int side, i;
     for (side = 0; side < 2; side++) {
         for (i = 0; i < 8; i++) {
-            held->p[side][i] = held->sample[side][i];
-            held->n[side][i] = held->sample[side][i] + 3;
+            held->p[side][i] = held->sample[side][0][i];
+            held->n[side][i] = held->sample[side][0][i] + 3;
         }
         c[side].p = held->p[side];
         c[side].n = held->n[side];
-        c[side].p_at = c[side].p_step = c[side].p_bend = 0;
-        c[side].n_at = c[side].n_step = c[side].n_bend = 0;
+        c[side].p_at = c[side].n_at = c[side].p_bend = c[side].n_bend = 0;
+        c[side].p_step = c[side].n_step = 8 * 6;
         c[side].interleaved = normals;
     }
 }
@@ -7731,20 +7742,23 @@ static void PSURF__K(any_samples)(const psurf__run *r, const PSURF__K(line) *lin
     }
 }
 
-/* Samples that have places of their own: pair by pair, lane by lane. */
+/* Samples that have places of their own: a few pairs at a time, lane by lane. */
 static void PSURF__K(put_apart)(const psurf__run *r, const PSURF__K(line) *line, uint32_t k0,
                                 uint32_t k1)
 {
     psurf__held held;
     psurf__cursor cursors[2];
-    uint32_t i, k;
-    psurf__hold_cursors(&held, r->group->normals != PSURF__NO_NORMALS, cursors);
-    for (k = k0; k < k1; k++) {
-        PSURF__K(any_samples)(r, line, k, k + 1, cursors);
+    uint32_t i, k, last, forth, back;
+    for (; k0 < k1; k0 = last) {
+        last = k1 - k0 > PSURF__HELD ? k0 + PSURF__HELD : k1;
+        psurf__hold_cursors(&held, r->group->normals != PSURF__NO_NORMALS, cursors);
+        PSURF__K(any_samples)(r, line, k0, last, cursors);
         for (i = 0; i < r->group->count; i++) {
-            if (k >= r->begin) r->group->put(r, i, k, held.sample[0][i]);
-            if (r->n - k < r->end && 2 * k != r->n)
-                r->group->put(r, i, r->n - k, held.sample[1][i]);
+            for (k = k0, forth = back = 0; k < last; k++) {
+                if (k >= r->begin) r->group->put(r, i, k, held.sample[0][forth++][i]);
+                if (r->n - k < r->end && 2 * k != r->n)
+                    r->group->put(r, i, r->n - k, held.sample[1][back++][i]);
+            }
         }
     }
 }
@@ -8010,7 +8024,7 @@ static void psurf__mend_normal(const psurf__run *run, uint32_t k, uint32_t lane,
     spot.sector = run->sector;
     spot.edge = PSURF_NONE;
     spot.x = 0;
-    if (run->tensor) {
+    if (psurf__kinds[g->kind].weights == 4) {
         spot.w[0] = run->n ? (steps - PSURF__R(k)) / steps : PSURF__R(0.5);
         spot.w[1] = run->n ? PSURF__R(k) / steps : PSURF__R(0.5);
         spot.w[2] = (rate - PSURF__R(run->d)) / rate;
@@ -9452,6 +9466,7 @@ PSURF_API int psurf_exact(void)
 #undef PSURF__SQRT
 #undef PSURF__INLINE
 #undef PSURF__UNROLL
+#undef PSURF__SHUFFLE
 #undef PSURF__ROLLED
 #undef PSURF__LIKELY
 #undef PSURF__CARVE

@@ -68,10 +68,13 @@ static uint64_t hash_tessellation(uint64_t hash, const surface *s, uint32_t rate
     out.n = out.p + (interleaved ? 3 : reals / 2);
     out.p_stride = out.n_stride = interleaved ? 6 * sizeof *out.p : 0;
     out.indices = grab(span.index_count, sizeof(uint32_t));
+    if (s->scheme != PSURF_PM) out.shade = (psurf_real *)grab(reals / 2, sizeof *out.p);
     for (f = 0; f < s->info.faces; f += step)
         REQUIRE(psurf_tessellate(&s->patches, &desc, f, step, &out) == PSURF_OK, "tessellate\n");
     hash = hash_reals(hash, out.p, reals);
     hash = hash_indices(hash, (const uint32_t *)out.indices, span.index_count);
+    if (out.shade) hash = hash_reals(hash, out.shade, reals / 2);
+    free(out.shade);
     free(out.p);
     free(out.indices);
     return hash;
@@ -107,6 +110,7 @@ static uint64_t hash_points(uint64_t hash, const surface *s, const mesh *m, uint
     uint32_t count, i, k, block;
     psurf_sample *samples = make_samples(m, &count);
     psurf_real *points = (psurf_real *)grab((size_t)count * WIDTH, sizeof *points);
+    psurf_real *shades = (psurf_real *)grab((size_t)count * WIDTH, sizeof *points);
     for (i = 0; i < count; i += block) {
         psurf_real *first = points + (size_t)i * WIDTH, gauss[64], mean[64];
         psurf_points out;
@@ -116,6 +120,7 @@ static uint64_t hash_points(uint64_t hash, const surface *s, const mesh *m, uint
         out.p = first, out.n = first + 3, out.du = first + 6, out.dv = first + 9;
         out.duu = first + 12, out.duv = first + 15, out.dvv = first + 18;
         out.stride = WIDTH * sizeof *points;
+        if (s->scheme != PSURF_PM) out.shade = shades + (size_t)i * WIDTH;
         psurf_eval(&s->patches, samples + i, block, &out);
         psurf_curvature(&s->patches, samples + i, block, gauss, mean);
         for (k = 0; k < block; k++) {
@@ -124,6 +129,8 @@ static uint64_t hash_points(uint64_t hash, const surface *s, const mesh *m, uint
         }
     }
     hash = hash_reals(hash, points, (size_t)count * WIDTH);
+    if (s->scheme != PSURF_PM) hash = hash_reals(hash, shades, (size_t)count * WIDTH);
+    free(shades);
     free(points);
     free(samples);
     return hash;
@@ -276,21 +283,77 @@ static mesh scene_fine(void)
     return m;
 }
 
-enum { CLOSED_SCENES = 7 };             /* the first ones: of 3 to 5 corners a face, not marked */
-static const struct { const char *name; mesh (*make)(void); uint32_t finest; } scenes[] = {
-    {"dodecahedron", scene_dodecahedron, 8}, {"torus", scene_torus, 8},
-    {"poles", scene_poles, 8},               {"triangles", scene_triangles, 8},
-    {"creature", scene_creature, 8},         {"random", scene_random, 8},
-    {"blends", scene_blends, 8},             {"open", scene_open, 8},
-    {"hard", scene_hard, 8},                 {"split", scene_split, 8},
-    {"fine", scene_fine, 75}};
+/* For the point-normal schemes: faces of 3 to 8 corners, boundaries, hard edges. */
+static mesh scene_faces(void)
+{
+    uint64_t rng = 10;
+    mesh m = with_hard(make_creature(), &rng, 12);
+    uint32_t n;
+    for (n = 5; n <= 8; n++) mesh_take(&m, make_cylinder(n, 1), 4.0 * n);
+    mesh_take(&m, make_holed_grid(), 60);
+    mesh_take(&m, make_triangle_ball(5), 80);
+    mesh_jitter(&m, &rng, 0.03125);
+    return m;
+}
+
+enum { CLOSED_SCENES = 7, PM_SCENES = 11 };     /* first: of 3 to 5 corners a face, not marked */
+typedef struct hash_case {
+    const char *name;
+    mesh (*make)(void);
+    uint32_t finest;
+    psurf_scheme scheme;
+    psurf_normal_mode normals;
+    psurf_variant variant;
+    psurf_shading shading;
+    uint32_t flags;
+} hash_case;
+#define PM_CASE(name, finest)                                                                      \
+    {#name, scene_##name, finest, PSURF_PM, PSURF_NORMALS_AVERAGE, PSURF_N_G1, PSURF_SHADE_LINEAR, 0}
+#define CASE(name, scheme, normals, variant, shading, flags)                                       \
+    {name, scene_faces, 37, PSURF_##scheme, PSURF_NORMALS_##normals, PSURF_N_##variant,            \
+     PSURF_SHADE_##shading, flags}
+static const hash_case scenes[] = {
+    PM_CASE(dodecahedron, 8), PM_CASE(torus, 8), PM_CASE(poles, 8), PM_CASE(triangles, 8),
+    PM_CASE(creature, 8), PM_CASE(random, 8), PM_CASE(blends, 8), PM_CASE(open, 8),
+    PM_CASE(hard, 8), PM_CASE(split, 8), PM_CASE(fine, 75),
+    CASE("pn", PN, AVERAGE, G1, LINEAR, 0),
+    CASE("pn_coons", PN, LIMIT, G1, LINEAR, PSURF_COONS),
+    CASE("smoothed_g1", SMOOTHED_N, AVERAGE, G1, QUADRATIC, 0),
+    CASE("smoothed_final", SMOOTHED_N, AREA, FINAL, LINEAR, PSURF_FOLDS | PSURF_NEARLY_FLAT),
+    CASE("smoothed_first", SMOOTHED_N, AVERAGE, INTERMEDIATE, EXACT, 0),
+    CASE("hybrid", HYBRID, AVERAGE, G1, LINEAR, 0),
+    CASE("hybrid_plane", HYBRID, AREA, G1, LINEAR, PSURF_PLANE_NORMALS),
+    CASE("png1", PNG1, AVERAGE, G1, LINEAR, 0),
+    CASE("wm", CUBIC_WM_B1, AVERAGE, G1, LINEAR, 0),
+    CASE("cubic_pn_b1", CUBIC_PN_B1, LIMIT, G1, LINEAR, 0),
+    CASE("cubic_wm_b2", CUBIC_WM_B2, AVERAGE, G1, LINEAR, 0),
+    CASE("mixed", MIXED, AVERAGE, G1, LINEAR, 0)
+};
+
+static void build_case(surface *s, const hash_case *c, const mesh *m)
+{
+    static const unsigned char mix[3] = {PSURF_PN, PSURF_SMOOTHED_N, PSURF_CUBIC_PN_B1};
+    unsigned char *schemes = (unsigned char *)grab(m->face_count, 1);
+    uint32_t f;
+    for (f = 0; f < m->face_count; f++) schemes[f] = mix[f % 3];
+    surface_describe(s, m);
+    s->scheme = c->scheme;
+    s->desc.split = psurf_scheme_split(c->scheme);
+    s->desc.face_schemes = c->scheme == PSURF_MIXED ? schemes : NULL;
+    s->construct.normal_mode = c->normals;
+    s->construct.variant = c->variant;
+    s->construct.shading = c->shading;
+    s->construct.flags = c->flags;
+    surface_make(s);
+    free(schemes);
+}
 
 static uint64_t hash_scene(uint32_t i, uint32_t step)
 {
     mesh m = scenes[i].make();
     surface s;
     uint64_t hash;
-    surface_build(&s, &m);
+    build_case(&s, &scenes[i], &m);
     hash = hash_surface(&s, &m, scenes[i].finest, step);
     surface_free(&s);
     mesh_free(&m);
@@ -357,7 +420,15 @@ static void test_scenes_cover(void **state)
     uint32_t i, k, faces[PSURF_KIND_COUNT] = {0}, tags = 0, boundary = 0, hard = 0, split = 0;
     uint32_t wide = 0;
     (void)state;
-    for (i = 0; i < COUNT_OF(scenes); i++) {
+    for (i = PM_SCENES; i < COUNT_OF(scenes); i++) {
+        mesh m = scenes[i].make();
+        surface s;
+        build_case(&s, &scenes[i], &m);
+        for (k = PM_KINDS; k < PSURF_KIND_COUNT; k++) faces[k] += s.patches.layout.kind[k].count;
+        surface_free(&s);
+        mesh_free(&m);
+    }
+    for (i = 0; i < PM_SCENES; i++) {
         mesh m = scenes[i].make();
         surface s;
         assert_true(i >= CLOSED_SCENES || mesh_is_valid(&m));
@@ -367,7 +438,7 @@ static void test_scenes_cover(void **state)
                         && (double)(float)p.z == p.z);
         }
         surface_build(&s, &m);
-        for (k = 0; k < PSURF_KIND_COUNT; k++) faces[k] += s.info.kind_faces[k];
+        for (k = 0; k < PM_KINDS; k++) faces[k] += s.info.kind_faces[k];
         boundary += s.info.boundary_edges;
         hard += s.info.hard_edges;
         split += s.info.ngon_faces;
@@ -377,7 +448,7 @@ static void test_scenes_cover(void **state)
         surface_free(&s);
         mesh_free(&m);
     }
-    for (k = 0; k < PM_KINDS; k++) assert_true(faces[k] >= 30);
+    for (k = 0; k < PSURF_KIND_COUNT; k++) assert_true(faces[k] >= 30);
     assert_true(tags > 20 && boundary > 100 && hard > 100 && split > 20 && wide > 10);
 }
 
