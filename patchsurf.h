@@ -131,7 +131,8 @@
        edges of no length) the edge falls back to a form that has, on both sides alike. It may lose
        G1 there; psurf_check counts these edges as fallback_edges.
      * normals at corners are those given; those in between are the surface's (n), or what pn and
-       smoothed_n shade with (shade).
+       smoothed_n shade with (shade). Where a coarse mesh folds sharply a patch that passes through
+       its vertices may turn over: across such an edge the planes meet, but the normals oppose.
 
    INPUT RULES
      * Faces counter-clockwise seen from outside, 3 to 65535 corners, no vertex twice in a face.
@@ -174,8 +175,8 @@
 
    MEMORY. psurf_topology_create allocates three times and keeps one block; psurf_smooth allocates
    five times and keeps one block; nothing else allocates. Patches and scratch are the caller's:
-   sizes first, memory after, mapped GPU memory included. Stack use stays below 48 KB (in double
-   96 KB); no recursion.
+   sizes first, memory after, mapped GPU memory included. Stack use stays below 64 KB with an
+   instruction set's registers, 96 KB in plain C, 160 KB in double; no recursion.
 
    THREADS. No mutable globals. A topology may be used by any number of threads. Construction passes
    and tessellation run over ranges: give each job its own range; between two passes wait for all

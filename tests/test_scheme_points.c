@@ -6,9 +6,12 @@
 
 /* ---- numbers with derivatives ---------------------------------------------------------------- */
 
-typedef struct jet { double f, x, y, xx, xy, yy; } jet;
+/* Terms of 1e6 near corners cancel: more digits than a double has. */
+typedef long double wide;
 
-static jet number(double f)
+typedef struct jet { wide f, x, y, xx, xy, yy; } jet;
+
+static jet number(wide f)
 {
     jet r = {0, 0, 0, 0, 0, 0};
     r.f = f;
@@ -34,7 +37,7 @@ static jet times(jet a, jet b)
 }
 
 /* g(a), of which g0, g1, g2 are value and derivatives at a.f. */
-static jet chain(jet a, double g0, double g1, double g2)
+static jet chain(jet a, wide g0, wide g1, wide g2)
 {
     jet r;
     r.f = g0;
@@ -49,10 +52,10 @@ static jet chain(jet a, double g0, double g1, double g2)
 static jet inverse(jet a) { return chain(a, 1 / a.f, -1 / (a.f * a.f), 2 / (a.f * a.f * a.f)); }
 static jet root(jet a)
 {
-    const double r = sqrt(a.f);
+    const wide r = sqrtl(a.f);
     return chain(a, r, 0.5 / r, -0.25 / (r * a.f));
 }
-static jet scaled(double s, jet a) { return chain(a, s * a.f, s, 0); }
+static jet scaled(wide s, jet a) { return chain(a, s * a.f, s, 0); }
 static jet minus(jet a, jet b) { return plus(a, scaled(-1, b)); }
 static jet over(jet a, jet b) { return times(a, inverse(b)); }
 static jet square(jet a) { return times(a, a); }
@@ -87,7 +90,7 @@ static jet inner(jet3 a, jet3 b)
 
 static jet3 unit_jet(jet3 a) { return along(inverse(root(inner(a, a))), a); }
 
-static vec value_of(const jet3 *a) { return make_vec(a->c[0].f, a->c[1].f, a->c[2].f); }
+static vec value_of(const jet3 *a) { return make_vec((double)a->c[0].f, (double)a->c[1].f, (double)a->c[2].f); }
 
 /* ---- the formulas ---------------------------------------------------------------------------- */
 
@@ -181,9 +184,9 @@ static jet3 smoothed(const jet3 *points, const jet t[3], jet3 *shade)
         }
         pe = curve(bezier_curve(edge, tau), points[corner_point[c]], unit_jet(m),
                    points[corner_normal[c]], t[c]);
-        if (switches.x != 0) {                  /* min(1, fn + bl), as listed */
+        if (switches.x != 0) {                  /* min(1, fn + bl), as listed; from inside */
             jet bf = plus(number(flatness[e]), bl);
-            if (bf.f > 1) bf = number(1);
+            if (bf.f >= 1) bf = number(1);
             pe = sum(pe, bf, less(inside, pe));
         }
         r = sum(r, g, pe);
@@ -319,7 +322,7 @@ static uint32_t locate(psurf_split split, const mesh_face_data *f, psurf_sample 
         *v = scaled(1 / det, minus(scaled(ex, py), scaled(ey, px)));
         if (u->f >= 0 && v->f >= 0 && u->f + v->f <= 1) return piece;
     }
-    REQUIRE(0, "%g %g in no piece\n", x.f, y.f);
+    REQUIRE(0, "%g %g in no piece\n", (double)x.f, (double)y.f);
     return 0;
 }
 
@@ -347,7 +350,7 @@ static reference_point reference(const surface *s, const mesh *m, psurf_sample a
         r.size = fmax(r.size, distance(value_of(&points[0]), value_of(&points[i])));
     t[0] = minus(one_less(u), v), t[1] = u, t[2] = v;
     r.kind = patch.kind;
-    r.from_corner = 1 - fmax(t[0].f, fmax(t[1].f, t[2].f));
+    r.from_corner = 1 - fmax((double)t[0].f, fmax((double)t[1].f, (double)t[2].f));
     r.has_shade = 1;
     switch (patch.kind) {
     case PSURF_PN_TRI:
@@ -355,7 +358,8 @@ static reference_point reference(const surface *s, const mesh *m, psurf_sample a
         r.shade = quadratic_normal(points + 10, t);
         break;
     case PSURF_PN_QUAD:
-        r.from_corner = fmax(fmin(u.f, 1 - u.f), fmin(v.f, 1 - v.f));
+        r.from_corner = fmax(fmin((double)u.f, (double)(1 - u.f)),
+                             fmin((double)v.f, (double)(1 - v.f)));
         r.p = quad(points, u, v, &r.shade);
         break;
     case PSURF_NPATCH:
@@ -374,14 +378,14 @@ static reference_point reference(const surface *s, const mesh *m, psurf_sample a
 
 static vec part(const jet3 *a, int which)
 {
-    double c[3];
+    wide c[3];
     int k;
     for (k = 0; k < 3; k++) {
         const jet j = a->c[k];
         c[k] = which == 0 ? j.f : which == 1 ? j.x : which == 2 ? j.y : which == 3 ? j.xx
              : which == 4 ? j.xy : j.yy;
     }
-    return make_vec(c[0], c[1], c[2]);
+    return make_vec((double)c[0], (double)c[1], (double)c[2]);
 }
 
 /* ---- derivatives ----------------------------------------------------------------------------- */
