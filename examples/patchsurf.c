@@ -2562,8 +2562,8 @@ static const struct command {
      "p3 p4 p5 (triangles, quads and pentagons beside irregular vertices), ngon (split: six\n"
      "corners and more, at inner vertices of two edges, or alone on one side of a crease).\n"
      "bytes is what topology and patches occupy. For triangle meshes also the cosine between\n"
-     "vertex normals and triangle normals, and how many edges are convex, concave, or neither\n"
-     "(inflection): by the normals that --normals names, averaged ones for pm.\n\n"
+     "vertex normals and triangle normals (std: n - 1), and how many edges are convex, concave,\n"
+     "or neither (inflection): by the normals that --normals names, averaged ones for pm.\n\n"
      "Examples:\n"
      "    patchsurf info spot.obj\n"
      "    patchsurf info cow.obj --normals input --json\n"},
@@ -2620,8 +2620,8 @@ static const struct command {
      "    curvature  Gaussian curvature at 171 inner samples a triangle: sphere, torus, and MESH\n"
      "    costs      operations that the blended control points of a sample take, counted\n"
      "    patches    control points a facet, patches by kind, evaluations at N samples an edge\n"
-     "std is the true standard deviation, std_printed that of the papers' tables of distances,\n"
-     "which took deviations from half the mean.\n\n"
+     "std is the standard deviation (n - 1), std_printed what the papers print as such: in the\n"
+     "tables of distances, deviations are from half the mean.\n\n"
      "Examples:\n"
      "    patchsurf report sphere\n"
      "    patchsurf report torus --step 40 --json\n"
@@ -2769,8 +2769,9 @@ static const struct option {
      "plot mean distances against the steps up to N (sphere, torus)"},
     {"--curvature", NULL, SAMPLE, ANY_SCHEME, set_curvature, "add Gaussian and mean curvature"},
     {"--scheme", "S", EVERY, ANY_SCHEME, set_scheme,
-     "the surface: pm (default), pn, smoothed_n, hybrid, png1,\n"
-     "                        wm = cubic_wm_b1, cubic_pn_b1, cubic_wm_b2, cubic_pn_b2"},
+     "the surface: pm (default; report: those of the tables), pn, smoothed_n,\n"
+     "                        hybrid, png1, wm = cubic_wm_b1, cubic_pn_b1, and for comparison\n"
+     "                        cubic_wm_b2, cubic_pn_b2"},
     {"--variant", "V", EVERY, OF_N, set_variant, "smoothed_n: g1 (default), final or intermediate"},
     {"--sigma", "X", EVERY, OF_PN | OF_N, set_sigma,
      "pn, smoothed_n: how far the inside is drawn out (default 0.5)"},
