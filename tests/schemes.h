@@ -22,20 +22,33 @@ enum {
 };
 static const UNUSED style styles[STYLES] = {
     {"pn", PSURF_PN, PSURF_N_G1, PSURF_SHADE_LINEAR, 0, 0},
-    {"pn coons", PSURF_PN, PSURF_N_G1, PSURF_SHADE_LINEAR, PSURF_COONS | PSURF_SIGMA, 0.25},
-    {"smoothed_n g1", PSURF_SMOOTHED_N, PSURF_N_G1, PSURF_SHADE_LINEAR, 0, 0},
-    {"smoothed_n final", PSURF_SMOOTHED_N, PSURF_N_FINAL, PSURF_SHADE_QUADRATIC, 0, 0},
-    {"smoothed_n final, folds", PSURF_SMOOTHED_N, PSURF_N_FINAL, PSURF_SHADE_EXACT,
+    {"pn_coons", PSURF_PN, PSURF_N_G1, PSURF_SHADE_LINEAR, PSURF_COONS | PSURF_SIGMA, 0.25},
+    {"n_g1", PSURF_SMOOTHED_N, PSURF_N_G1, PSURF_SHADE_LINEAR, 0, 0},
+    {"n_final", PSURF_SMOOTHED_N, PSURF_N_FINAL, PSURF_SHADE_QUADRATIC, 0, 0},
+    {"n_folds", PSURF_SMOOTHED_N, PSURF_N_FINAL, PSURF_SHADE_EXACT,
      PSURF_FOLDS | PSURF_NEARLY_FLAT, 0},
-    {"smoothed_n intermediate", PSURF_SMOOTHED_N, PSURF_N_INTERMEDIATE, PSURF_SHADE_QUADRATIC,
+    {"n_intermediate", PSURF_SMOOTHED_N, PSURF_N_INTERMEDIATE, PSURF_SHADE_QUADRATIC,
      PSURF_SIGMA, 1},
     {"hybrid", PSURF_HYBRID, PSURF_N_G1, PSURF_SHADE_LINEAR, 0, 0},
-    {"hybrid normals", PSURF_HYBRID, PSURF_N_G1, PSURF_SHADE_LINEAR, PSURF_PLANE_NORMALS, 0},
+    {"hybrid_normals", PSURF_HYBRID, PSURF_N_G1, PSURF_SHADE_LINEAR, PSURF_PLANE_NORMALS, 0},
     {"png1", PSURF_PNG1, PSURF_N_G1, PSURF_SHADE_LINEAR, 0, 0},
     {"wm", PSURF_WM, PSURF_N_G1, PSURF_SHADE_LINEAR, 0, 0},
     {"cubic_pn_b1", PSURF_CUBIC_PN_B1, PSURF_N_G1, PSURF_SHADE_LINEAR, 0, 0},
     {"cubic_wm_b2", PSURF_CUBIC_WM_B2, PSURF_N_G1, PSURF_SHADE_LINEAR, 0, 0},
     {"cubic_pn_b2", PSURF_CUBIC_PN_B2, PSURF_N_G1, PSURF_SHADE_LINEAR, 0, 0}};
+
+/* Float alone, and without sanitizers, goes through everything; else some of it: time. */
+static UNUSED int is_thorough(void)
+{
+#if defined(__SANITIZE_ADDRESS__)
+    return 0;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(memory_sanitizer)
+    return 0;
+#endif
+#endif
+    return !IS_DOUBLE;
+}
 
 /* ---- meshes with normals --------------------------------------------------------------------- */
 
@@ -143,6 +156,38 @@ static UNUSED void scene_split_normals(scene *c, uint64_t *rng, uint32_t percent
             normals[c->normal_count] = unit(mad(face_normal(m, f), 0.5, jitter));
             c->corners[n] = c->normal_count++;
         }
+}
+
+/* Normals that have the same bits under every compiler: sums of products of positions, which are
+   exact, with noise in multiples of 2^-16; not of unit length. Some corners have their own. */
+static UNUSED void scene_exact_normals(scene *c, uint64_t *rng, uint32_t percent)
+{
+    const mesh *m = &c->m;
+    const uint32_t corners = corner_count(m);
+    uint32_t f, k, n = 0;
+    c->normal_count = m->vertex_count;
+    c->normals = (vec *)grab((size_t)m->vertex_count + corners, sizeof(vec));
+    c->corners = (uint32_t *)grab(corners, sizeof(uint32_t));
+    for (f = 0; f < m->face_count; f++) {
+        const mesh_face_data *face = &m->faces[f];
+        vec sum = make_vec(0, 0, 0);
+        for (k = 0; k < face->size; k++) {              /* a fan, of differences: no long products */
+            const vec p = m->positions[face->v[0]];
+            sum = add(sum, cross(sub(m->positions[face->v[k]], p),
+                                 sub(m->positions[face->v[(k + 1) % face->size]], p)));
+        }
+        for (k = 0; k < face->size; k++, n++) {
+            vec noise = make_vec(0, 0, 0), *own = &c->normals[face->v[k]];
+            noise.x = ((double)random_below(rng, 16384) - 8192) / 65536.0;
+            noise.y = ((double)random_below(rng, 16384) - 8192) / 65536.0;
+            noise.z = ((double)random_below(rng, 16384) - 8192) / 65536.0;
+            *own = add(*own, sum);
+            c->corners[n] = face->v[k];
+            if (random_below(rng, 100) >= percent) continue;
+            c->normals[c->normal_count] = add(sum, noise);
+            c->corners[n] = c->normal_count++;
+        }
+    }
 }
 
 /* Describes a scene to the library, in a style; calls nothing. */

@@ -3,7 +3,7 @@
    tests/data/hashes.txt (double: hashes_double.txt); with --print it only prints the lines of that
    file; with --set NAME it only compares, and is skipped where another instruction set is in
    use. */
-#include "common.h"
+#include "schemes.h"
 
 /* FNV-1a over the bytes of numbers, lowest first, whatever the machine's order is. */
 static uint64_t hash_number(uint64_t hash, uint64_t number, unsigned bytes)
@@ -64,6 +64,7 @@ static uint64_t hash_tessellation(uint64_t hash, const surface *s, uint32_t rate
     desc.flags = flags;
     REQUIRE(psurf_tessellate_size(s->topology, &desc, 0, PSURF_NONE, &span) == PSURF_OK, "size\n");
     reals = (size_t)span.vertex_count * 6;
+    if (s->scheme != PSURF_PM) out.shade = (psurf_real *)grab(reals / 2, sizeof *out.shade);
     out.p = (psurf_real *)grab(reals, sizeof *out.p);
     out.n = out.p + (interleaved ? 3 : reals / 2);
     out.p_stride = out.n_stride = interleaved ? 6 * sizeof *out.p : 0;
@@ -72,15 +73,17 @@ static uint64_t hash_tessellation(uint64_t hash, const surface *s, uint32_t rate
         REQUIRE(psurf_tessellate(&s->patches, &desc, f, step, &out) == PSURF_OK, "tessellate\n");
     hash = hash_reals(hash, out.p, reals);
     hash = hash_indices(hash, (const uint32_t *)out.indices, span.index_count);
+    if (out.shade) hash = hash_reals(hash, out.shade, reals / 2);
     free(out.p);
+    free(out.shade);
     free(out.indices);
     return hash;
 }
 
 /* Places on every face, on its edges, at its corners and anywhere; then some anywhere on the mesh,
-   face after face at random. */
+   face after face at random. squares: pieces of faces may be quads. */
 enum { GRID = 4, ANYWHERE = 300 };
-static psurf_sample *make_samples(const mesh *m, uint32_t *count)
+static psurf_sample *make_samples(const mesh *m, int squares, uint32_t *count)
 {
     const uint32_t most = m->face_count * MESH_MAX_CORNERS * (GRID + 1) * (GRID + 1) + ANYWHERE;
     psurf_sample *samples = (psurf_sample *)grab(most, sizeof *samples);
@@ -91,7 +94,7 @@ static psurf_sample *make_samples(const mesh *m, uint32_t *count)
         for (sector = 0; sector < (size < 5 ? 1 : size); sector++)
             for (j = 0; j <= GRID; j++)
                 for (i = 0; i <= GRID; i++)
-                    if (size == 4 || i + j <= GRID)
+                    if (size == 4 || (squares && size > 4) || i + j <= GRID)
                         samples[n++] = make_sample(f, sector, (double)i / GRID, (double)j / GRID);
         samples[n++] = random_sample_of(m, f, &rng);
     }
@@ -103,27 +106,29 @@ static psurf_sample *make_samples(const mesh *m, uint32_t *count)
 /* All that psurf_eval gives, and curvature, where it exists: NaN has many forms. */
 static uint64_t hash_points(uint64_t hash, const surface *s, const mesh *m, uint32_t step)
 {
-    enum { WIDTH = 23 };
+    enum { WIDTH = 26 };
+    const uint32_t width = s->scheme == PSURF_PM ? 23 : WIDTH;
     uint32_t count, i, k, block;
-    psurf_sample *samples = make_samples(m, &count);
-    psurf_real *points = (psurf_real *)grab((size_t)count * WIDTH, sizeof *points);
+    psurf_sample *samples = make_samples(m, s->scheme != PSURF_PM, &count);
+    psurf_real *points = (psurf_real *)grab((size_t)count * width, sizeof *points);
     for (i = 0; i < count; i += block) {
-        psurf_real *first = points + (size_t)i * WIDTH, gauss[64], mean[64];
+        psurf_real *first = points + (size_t)i * width, gauss[64], mean[64];
         psurf_points out;
         block = step < 64 ? step : 64;
         block = block < count - i ? block : count - i;
         memset(&out, 0, sizeof out);
         out.p = first, out.n = first + 3, out.du = first + 6, out.dv = first + 9;
         out.duu = first + 12, out.duv = first + 15, out.dvv = first + 18;
-        out.stride = WIDTH * sizeof *points;
+        if (width == WIDTH) out.shade = first + 23;
+        out.stride = width * sizeof *points;
         psurf_eval(&s->patches, samples + i, block, &out);
         psurf_curvature(&s->patches, samples + i, block, gauss, mean);
         for (k = 0; k < block; k++) {
-            first[k * WIDTH + 21] = isnan(gauss[k]) ? 0 : gauss[k];
-            first[k * WIDTH + 22] = isnan(mean[k]) ? 0 : mean[k];
+            first[k * width + 21] = isnan(gauss[k]) ? 0 : gauss[k];
+            first[k * width + 22] = isnan(mean[k]) ? 0 : mean[k];
         }
     }
-    hash = hash_reals(hash, points, (size_t)count * WIDTH);
+    hash = hash_reals(hash, points, (size_t)count * width);
     free(points);
     free(samples);
     return hash;
@@ -285,13 +290,73 @@ static const struct { const char *name; mesh (*make)(void); uint32_t finest; } s
     {"hard", scene_hard, 8},                 {"split", scene_split, 8},
     {"fine", scene_fine, 75}};
 
+/* Faces of 3 to 9 corners, closed and open, hard edges: for the point-normal schemes. */
+static mesh scene_schemes(void)
+{
+    uint64_t rng = 10;
+    mesh m = make_cylinder(9, 1), part = make_torus(5, 4);
+    uint32_t k;
+    for (k = 0; k < 9; k++) mesh_hard(&m, k, (k + 1) % 9);
+    mesh_split_quads(&part, &rng, 40);
+    mesh_take(&m, with_hard(part, &rng, 10), 8);
+    mesh_take(&m, make_cylinder(6, 1), 14);
+    mesh_take(&m, with_holes(make_dodecahedron(), &rng, 2), 18);
+    mesh_take(&m, make_latlong(5, 2), 22);
+    mesh_jitter(&m, &rng, 0.0625);
+    return m;
+}
+
+/* Every style with normals that are given, some at one corner alone; and with computed ones, from
+   each source in turn. Then mixes. */
+static const struct { const char *name; unsigned char schemes[4]; uint32_t count; } mixes[] = {
+    {"mix_pn", {PSURF_PN, PSURF_SMOOTHED_N, PSURF_CUBIC_PN_B1, PSURF_CUBIC_PN_B2}, 4},
+    {"mix_wm", {PSURF_CUBIC_WM_B1, PSURF_CUBIC_WM_B2}, 2}};
+enum { MIXES = 2, SCENES = COUNT_OF(scenes), SCHEME_SCENES = 2 * STYLES + MIXES,
+       ALL_SCENES = SCENES + SCHEME_SCENES };
+
+static void scene_name(uint32_t i, char name[64])
+{
+    if (i < SCENES) snprintf(name, 64, "%s", scenes[i].name);
+    else if (i < SCENES + STYLES) snprintf(name, 64, "%s", styles[i - SCENES].name);
+    else if (i < SCENES + 2 * STYLES)
+        snprintf(name, 64, "%s_computed", styles[i - SCENES - STYLES].name);
+    else snprintf(name, 64, "%s", mixes[i - SCENES - 2 * STYLES].name);
+}
+
+/* Builds a scene; returns how fine it is tessellated. */
+static uint32_t build_scene(uint32_t i, surface *s, mesh *m)
+{
+    const uint32_t which = i - SCENES, mix = which - 2 * STYLES;
+    uint64_t rng = 11 + which;
+    scene c;
+    uint32_t f;
+    if (i < SCENES) {
+        *m = scenes[i].make();
+        surface_build(s, m);
+        return scenes[i].finest;
+    }
+    c = make_scene(scene_schemes());
+    if (which < STYLES || which >= 2 * STYLES) scene_exact_normals(&c, &rng, 10);
+    if (which >= 2 * STYLES) {
+        c.schemes = (unsigned char *)grab(c.m.face_count, 1);
+        for (f = 0; f < c.m.face_count; f++)
+            c.schemes[f] = mixes[mix].schemes[random_below(&rng, mixes[mix].count)];
+    }
+    scene_build(s, &c, &styles[which >= 2 * STYLES ? N_FINAL : which % STYLES],
+                (psurf_normal_mode)(which % PSURF_NORMALS_COUNT));
+    *m = mesh_copy(&c.m);
+    s->desc.face_normals = NULL;        /* they go with the scene */
+    s->desc.face_schemes = NULL;
+    scene_free(&c);
+    return 8;
+}
+
 static uint64_t hash_scene(uint32_t i, uint32_t step)
 {
-    mesh m = scenes[i].make();
+    mesh m;
     surface s;
-    uint64_t hash;
-    surface_build(&s, &m);
-    hash = hash_surface(&s, &m, scenes[i].finest, step);
+    uint32_t finest = build_scene(i, &s, &m);
+    uint64_t hash = hash_surface(&s, &m, finest, step);
     surface_free(&s);
     mesh_free(&m);
     return hash;
@@ -325,19 +390,19 @@ static int compare_scenes(int print_only)
     static const uint32_t steps[] = {PSURF_NONE / 2, 1, 7};
     uint32_t i, k;
     int wrong = 0;
-    for (i = 0; i < COUNT_OF(scenes); i++) {
-        char ours[20], stored[20];
+    for (i = 0; i < ALL_SCENES; i++) {
+        char ours[20], stored[20], name[64];
         uint64_t hash = hash_scene(i, steps[0]);
         hash_text(ours, sizeof ours, hash);
-        printf("%s %s\n", scenes[i].name, ours);
+        scene_name(i, name);
+        printf("%s %s\n", name, ours);
         for (k = 1; k < COUNT_OF(steps); k++)
             if (hash_scene(i, steps[k]) != hash) {
-                fprintf(stderr, "%s: other bits in ranges of %u\n", scenes[i].name,
-                        (unsigned)steps[k]);
+                fprintf(stderr, "%s: other bits in ranges of %u\n", name, (unsigned)steps[k]);
                 wrong++;
             }
-        if (!print_only && (!stored_hash(scenes[i].name, stored) || strcmp(ours, stored))) {
-            fprintf(stderr, "%s: %s expected\n", scenes[i].name, stored);
+        if (!print_only && (!stored_hash(name, stored) || strcmp(ours, stored))) {
+            fprintf(stderr, "%s: %s expected\n", name, stored);
             wrong++;
         }
     }
@@ -357,7 +422,7 @@ static void test_scenes_cover(void **state)
     uint32_t i, k, faces[PSURF_KIND_COUNT] = {0}, tags = 0, boundary = 0, hard = 0, split = 0;
     uint32_t wide = 0;
     (void)state;
-    for (i = 0; i < COUNT_OF(scenes); i++) {
+    for (i = 0; i < SCENES; i++) {
         mesh m = scenes[i].make();
         surface s;
         assert_true(i >= CLOSED_SCENES || mesh_is_valid(&m));
@@ -379,6 +444,34 @@ static void test_scenes_cover(void **state)
     }
     for (k = 0; k < PM_KINDS; k++) assert_true(faces[k] >= 30);
     assert_true(tags > 20 && boundary > 100 && hard > 100 && split > 20 && wide > 10);
+}
+
+/* The scenes of the schemes have every kind of patch, faces of all sizes, hard edges, hard ends that
+   normals make, edges that fall back. */
+static void test_schemes_cover(void **state)
+{
+    uint32_t i, k, patches[PSURF_KIND_COUNT] = {0}, hard = 0, inner = 0, fallback = 0;
+    (void)state;
+    for (i = SCENES; i < ALL_SCENES; i++) {
+        mesh m;
+        surface s;
+        psurf_check_result r;
+        build_scene(i, &s, &m);
+        for (k = 0; k < m.vertex_count; k++) {          /* exact in float too */
+            const vec p = m.positions[k];
+            assert_true((double)(float)p.x == p.x && (double)(float)p.y == p.y
+                        && (double)(float)p.z == p.z);
+        }
+        for (k = 0; k < s.info.facets; k++) patches[psurf_get_patch(&s.patches, k).kind]++;
+        assert_int_equal(psurf_check(&s.patches, &s.construct, 2, 0, PSURF_NONE, &r), PSURF_OK);
+        hard += s.info.hard_edges;
+        inner += s.info.inner_edges;
+        fallback += r.fallback_edges;
+        surface_free(&s);
+        mesh_free(&m);
+    }
+    for (k = PM_KINDS; k < PSURF_KIND_COUNT; k++) assert_true(patches[k] >= 60);
+    assert_true(hard > 400 && inner > 400 && fallback > 10);
 }
 
 /* One bit of one control point: another hash, and psurf_check reports a crack. */
@@ -439,6 +532,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_set_in_use),
                                        cmocka_unit_test(test_scenes),
                                        cmocka_unit_test(test_scenes_cover),
+                                       cmocka_unit_test(test_schemes_cover),
                                        cmocka_unit_test(test_one_bit)};
     if (argc > 1 && !strcmp(argv[1], "--print")) return compare_scenes(1) != 0;
     if (argc > 2 && !strcmp(argv[1], "--set")) {

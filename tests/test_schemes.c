@@ -372,7 +372,7 @@ static void test_smooth(void **state)
                 c.normal_count = c.m.vertex_count;
             }
             measure_kinks(&r, &s, &c, 1.0 / 64, 63.0 / 64, 32, fails);
-            check = check_all(&s, 16);
+            check = check_all(&s, is_thorough() ? 16 : 6);
             print_message("%s, %s: %u edges, %.2g degrees, check %.2g\n", names[k],
                           styles[smooth_styles[i]].name, (unsigned)r.edges, r.worst,
                           check.max_normal_deg);
@@ -849,7 +849,7 @@ static void test_limit_normals(void **state)
     print_message("limit points %.2g, normals %.2g rad\n", worst_p, worst_n);
     assert_true(worst_p < (IS_DOUBLE ? 1e-12 : 1e-5));
     assert_true(worst_n < (IS_DOUBLE ? 1e-12 : 1e-4));
-    for (k = 3; k <= 7; k++) assert_true(valences[k] >= 7);
+    for (k = 3; k <= 7; k++) assert_true(valences[k] >= 6);
 }
 
 static int is_split_by_pm(const surface *s, uint32_t face)
