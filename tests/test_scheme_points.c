@@ -875,11 +875,98 @@ static void test_defects(void **state)
     assert_true(r.without_normal < r.samples / 4);
 }
 
+/* ---- places that are looked at more closely -------------------------------------------------- */
+
+/* Tessellation and psurf_eval say the same of normals that vanish or oppose, where both have to look
+   a second time: at a corner without a normal, between opposite ones, along an edge. */
+static void test_closer_look(void **state)
+{
+    static const double normals[4][3][3] = {{{0, 0, 1}, {0, 0, -1}, {0.6, 0, 0.8}},
+                                            {{0, 0, 0}, {0, 0, 1}, {0, 0, 1}},
+                                            {{0, 0, 1}, {0, 0, 0}, {0.6, 0, 0.8}},
+                                            {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}}};
+    const uint32_t corners[3] = {0, 1, 2};
+    psurf_real p[45], n[45], shade[45], at_n[45], at_shade[45];
+    psurf_sample where[15];
+    uint32_t i, k, style, turned = 0;
+    (void)state;
+    for (style = 0; style < COUNT_OF(styles); style++)
+        for (i = 0; i < COUNT_OF(normals); i++) {
+            scene c;
+            surface s;
+            psurf_tess_desc desc;
+            psurf_tess_out out;
+            psurf_points points;
+            mesh m = {0};
+            mesh_point(&m, make_vec(0, 0, 0));
+            mesh_point(&m, make_vec(2, 0, 0.25));
+            mesh_point(&m, make_vec(0, 1, 0.75));
+            mesh_face(&m, 3, corners);
+            c = make_scene(m);
+            c.normals = (vec *)grab(3, sizeof(vec));
+            c.normal_count = 3;
+            for (k = 0; k < 3; k++)
+                c.normals[k] = make_vec(normals[i][k][0], normals[i][k][1], normals[i][k][2]);
+            scene_build(&s, &c, &styles[style], PSURF_NORMALS_AVERAGE);
+            memset(&desc, 0, sizeof desc);
+            memset(&out, 0, sizeof out);
+            memset(&points, 0, sizeof points);
+            desc.rate = 4;
+            out.p = p, out.n = n, out.shade = shade, out.where = where;
+            assert_int_equal(psurf_tessellate(&s.patches, &desc, 0, 1, &out), PSURF_OK);
+            points.n = at_n, points.shade = at_shade;
+            psurf_eval(&s.patches, where, 15, &points);
+            for (k = 0; k < 15; k++) {
+                const int middle = i == 0 && where[k].u > 0.4 && where[k].u < 0.6 && where[k].v <= 0;
+                const double apart = distance(load(n + 3 * k), load(at_n + 3 * k));
+                const double shaded = distance(load(shade + 3 * k), load(at_shade + 3 * k));
+                if (middle && s.scheme != PSURF_SMOOTHED_N) continue;   /* du and dv are parallel:
+                                                                           rounding decides */
+                REQUIRE(apart < 2e-3 && shaded < 2e-3, "%s, normals %u, sample %u: %g %g\n",
+                        styles[style].name, (unsigned)i, (unsigned)k, apart, shaded);
+                turned += length(load(shade + 3 * k)) > 0.5;
+            }
+            surface_free(&s);
+            scene_free(&c);
+        }
+    assert_true(turned > 15 * COUNT_OF(styles));
+}
+
+/* A face alone is a corner everywhere, however it is split: its limit points are its vertices. */
+static void test_lone_faces_stay(void **state)
+{
+    static const uint32_t which[2] = {0, 2};
+    uint32_t size, i, k;
+    (void)state;
+    for (size = 3; size <= 9; size++)
+        for (i = 0; i < COUNT_OF(which); i++) {
+            uint32_t corners[9];
+            psurf_sample at;
+            scene c;
+            surface s;
+            mesh m = {0};
+            for (k = 0; k < size; k++) {
+                mesh_point(&m, make_vec(cos(2 * PI * k / size), sin(2 * PI * k / size), 0));
+                corners[k] = (k + 2) % size;
+            }
+            mesh_face(&m, size, corners);
+            c = make_scene(m);
+            scene_build(&s, &c, &styles[which[i]], PSURF_NORMALS_LIMIT);
+            for (k = 0; k < size; k++) {
+                at = side_sample(psurf_scheme_split(s.scheme), &c.m, 0, k, 0);
+                assert_true(distance(eval_at(&s.patches, at).p, c.m.positions[corners[k]]) < 1e-6);
+            }
+            surface_free(&s);
+            scene_free(&c);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_derivatives), cmocka_unit_test(test_comparison_is_sharp),
         cmocka_unit_test(test_shading),     cmocka_unit_test(test_flat_faces),
-        cmocka_unit_test(test_flat_sheet),  cmocka_unit_test(test_defects)};
+        cmocka_unit_test(test_flat_sheet),  cmocka_unit_test(test_defects),
+        cmocka_unit_test(test_closer_look), cmocka_unit_test(test_lone_faces_stay)};
     return cmocka_run_group_tests_name("scheme points", tests, NULL, NULL);
 }
