@@ -494,7 +494,7 @@ typedef struct psurf_edge {             /* a side of an edge; the second sides o
    1/(2 n lambda_n) of the tangents, then cosine and sine of j/n turns, j = 0 .. n-1. */
 typedef struct psurf_trig { psurf_real c, s; } psurf_trig;
 #define PSURF_WRITER 0x80000000u        /* bit 31 of psurf_corner.ring and .edge */
-#define PSURF_INNER_EDGE 0x7FFFFFFFu    /* psurf_corner.edge between pieces of a split face, with pm;
+#define PSURF_INNER_EDGE 0x7FFFFFFFu    /* psurf_corner.edge between pieces of a split face: of pm;
                                            else those have numbers, from edge_sides on */
 #define PSURF_SPLIT_FACE 0x80000000u    /* bit 31 of psurf_facet.piece */
 #define PSURF_RING_POLAR 0x80000000u    /* psurf_ring.valence: the facets are polar */
