@@ -287,11 +287,10 @@ static mesh scene_fine(void)
 static mesh scene_faces(void)
 {
     uint64_t rng = 10;
-    mesh m = with_hard(make_creature(), &rng, 12);
+    mesh m = with_hard(make_torus(5, 4), &rng, 12);
     uint32_t n;
     for (n = 5; n <= 8; n++) mesh_take(&m, make_cylinder(n, 1), 4.0 * n);
-    mesh_take(&m, make_holed_grid(), 60);
-    mesh_take(&m, make_triangle_ball(5), 80);
+    mesh_take(&m, make_triangle_ball(5), 60);
     mesh_jitter(&m, &rng, 0.03125);
     return m;
 }
@@ -308,9 +307,10 @@ typedef struct hash_case {
     uint32_t flags;
 } hash_case;
 #define PM_CASE(name, finest)                                                                      \
-    {#name, scene_##name, finest, PSURF_PM, PSURF_NORMALS_AVERAGE, PSURF_N_G1, PSURF_SHADE_LINEAR, 0}
+    {#name, scene_##name, finest, PSURF_PM, PSURF_NORMALS_AVERAGE, PSURF_N_G1,                     \
+     PSURF_SHADE_LINEAR, 0}
 #define CASE(name, scheme, normals, variant, shading, flags)                                       \
-    {name, scene_faces, 37, PSURF_##scheme, PSURF_NORMALS_##normals, PSURF_N_##variant,            \
+    {name, scene_faces, 9, PSURF_##scheme, PSURF_NORMALS_##normals, PSURF_N_##variant,            \
      PSURF_SHADE_##shading, flags}
 static const hash_case scenes[] = {
     PM_CASE(dodecahedron, 8), PM_CASE(torus, 8), PM_CASE(poles, 8), PM_CASE(triangles, 8),
@@ -393,7 +393,7 @@ static int compare_scenes(int print_only)
         uint64_t hash = hash_scene(i, steps[0]);
         hash_text(ours, sizeof ours, hash);
         printf("%s %s\n", scenes[i].name, ours);
-        for (k = 1; k < COUNT_OF(steps); k++)
+        for (k = i < PM_SCENES ? 1 : 2; k < COUNT_OF(steps); k++)
             if (hash_scene(i, steps[k]) != hash) {
                 fprintf(stderr, "%s: other bits in ranges of %u\n", scenes[i].name,
                         (unsigned)steps[k]);
