@@ -247,7 +247,7 @@ static void test_tables(void **state)
 /* Table 5: cosines between the normals of vertices, means of four quads', and triangles. */
 static void test_table_5(void **state)
 {
-    scene triangles = make_tube(5), quads;
+    scene triangles, quads;
     mesh m = {0};
     double values[150];
     statistics r;
@@ -255,6 +255,7 @@ static void test_table_5(void **state)
     uint32_t f, k, n = 0;
     (void)state;
     if (!IS_DOUBLE) skip();
+    triangles = make_tube(5);
     quads = make_scene(m);
     for (k = 0; k < triangles.m.vertex_count; k++)
         mesh_point(&quads.m, triangles.m.positions[k]);
