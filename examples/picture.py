@@ -25,6 +25,12 @@ The pictures of the sample meshes, control meshes above their surfaces (bash):
         build/{axe_blend,axe_hard,hand,rounded_cube,pawn,plate,cloth}.obj \
         --columns 7 --widths 10 10 17 12 13 23 22 --size 1200 700 --azimuth 34 --wire --tint
 
+    for s in pn smoothed_n hybrid png1 wm; do
+        build/patchsurf tessellate examples/meshes/rounded_cube.obj -o build/$s.obj --scheme $s; done
+    python3 examples/picture.py examples/meshes/schemes.png examples/meshes/rounded_cube.obj \
+        build/{pn,smoothed_n,hybrid,png1,wm}.obj \
+        --columns 6 --size 1200 230 --azimuth 34 --elevation 28 --tint
+
     build/patchsurf tessellate examples/meshes/cloth.obj -o build/cloth.glb
     python3 examples/picture.py examples/meshes/cloth.png build/cloth.glb --checker 16
 
