@@ -108,17 +108,19 @@
        with PSURF_NORMALS_LIMIT.
 
    CHOOSING A SCHEME
-     scheme        facets   across edges        needs     bytes  best for
-     pm            3 4 5 o  G1, mostly C2       rings     192+   animated characters: smooth, near
-                                                                 Catmull-Clark
-     pn            3 4      C0, shaded smooth   corners   192    the cheapest look; a quad 300 bytes
-     smoothed_n    3        G1 (final: C0)      corners   228    PN's look without its creases
-     hybrid        3        G1                  apexes    264    analytic shapes: spheres, tori;
-                                                                 unsafe where normals turn far
-     png1          3        G1                  apexes    300    arbitrary meshes, a few dents
-     cubic_wm_b1   3        G1                  corners   228    arbitrary meshes: safe, round
-     cubic_pn_b1   3        G1                  corners   228    the same beside pn on one object
-     cubic_.._b2   3        nearly G1           corners   228    comparison alone
+     scheme        facets   across edges       needs    bytes  cost   best for
+     pm            3 4 5 o  G1, mostly C2      rings    192+   1-1.2  animated characters: smooth,
+                                                                      near Catmull-Clark
+     pn            3 4      C0, shaded smooth  corners  192    1.05   the cheapest look; a quad 300
+     smoothed_n    3        G1 (final: C0)     corners  228    5-10   PN's look without its creases
+     hybrid        3        G1                 apexes   264    2.0    analytic shapes: spheres, tori;
+                                                                      unsafe where normals turn far
+     png1          3        G1                 apexes   300    2.4    arbitrary meshes, a few dents
+     cubic_wm_b1   3        G1                 corners  228    1.8    arbitrary meshes: safe, round
+     cubic_pn_b1   3        G1                 corners  228    1.8    the same beside pn on one object
+     cubic_.._b2   3        nearly G1          corners  228    1.8    comparison alone
+   Facets: o is a polar fan. Needs: corners and normals of the facet, or the facets across its edges
+   too. Cost: of a point of a tessellation, a bicubic one is 1 (`make bench`).
    pm approximates its mesh, the others interpolate it (PSURF_NORMALS_LIMIT makes them approximate
    it, too). Largest distance to a sphere of 80 triangles: hybrid 1.3e-3, png1 2.3e-3, cubic_wm_b1
    8e-4; to a coarse torus (5 x 5) 0.05, 0.16, 0.10 (`patchsurf report`). Second derivatives do not
