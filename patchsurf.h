@@ -113,11 +113,11 @@
                                                                       near Catmull-Clark
      pn            3 4      C0, shaded smooth  corners  192    1.05   the cheapest look; a quad 300
      smoothed_n    3        G1 (final: C0)     corners  228    5-10   PN's look without its creases
-     hybrid        3        G1                 apexes   264    2.0    analytic shapes: sphere, torus;
-                                                                      unsafe where normals turn far
+     hybrid        3        G1                 apexes   264    2.0    analytic shapes: sphere, tori
+                                                                      unsafe: normals that turn far
      png1          3        G1                 apexes   300    2.4    arbitrary meshes, a few dents
      cubic_wm_b1   3        G1                 corners  228    1.8    arbitrary meshes: safe, round
-     cubic_pn_b1   3        G1                 corners  228    1.8    the same, beside pn in one mesh
+     cubic_pn_b1   3        G1                 corners  228    1.8    the same, beside pn in a mesh
      cubic_.._b2   3        nearly G1          corners  228    1.8    comparison alone
    Facets: o is a polar fan. Needs: corners and normals of the facet, or the facets across its edges
    too. Cost: of a point of a tessellation, a bicubic one is 1 (`make bench`).
