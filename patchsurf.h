@@ -113,8 +113,8 @@
                                                                       near Catmull-Clark
      pn            3 4      C0, shaded smooth  corners  192    1.05   the cheapest look; a quad 300
      smoothed_n    3        G1 (final: C0)     corners  228    5-10   PN's look without its creases
-     hybrid        3        G1                 apexes   264    2.0    analytic shapes: sphere, tori
-                                                                      unsafe: normals that turn far
+     hybrid        3        G1                 apexes   264    2.0    analytic shapes; unsafe where
+                                                                      normals turn far
      png1          3        G1                 apexes   300    2.4    arbitrary meshes, a few dents
      cubic_wm_b1   3        G1                 corners  228    1.8    arbitrary meshes: safe, round
      cubic_pn_b1   3        G1                 corners  228    1.8    the same, beside pn in a mesh
