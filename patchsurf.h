@@ -6407,9 +6407,14 @@ static void PSURF__K(open_smoothed)(const psurf__l3 *local, PSURF__K(smoothed) *
         s->least[k] = psurf__l_add(psurf__l_mul(psurf__l_all(PSURF__R(1e-12)), size),
                                    psurf__l_all(PSURF__R(1e-30)));
     }
-    s->flat[0] = local[16].x, s->flat[1] = local[16].y, s->flat[2] = local[16].z;
-    s->turned[0] = local[17].x, s->turned[1] = local[17].y, s->turned[2] = local[17].z;
-    s->counts = local[18].x, s->drawn = local[18].y;
+    s->flat[0] = local[16].x;
+    s->flat[1] = local[16].y;
+    s->flat[2] = local[16].z;
+    s->turned[0] = local[17].x;
+    s->turned[1] = local[17].y;
+    s->turned[2] = local[17].z;
+    s->counts = local[18].x;
+    s->drawn = local[18].y;
 }
 
 /* An edge's curve above its chord, from its two bends, and derivatives by tau; rest = 1 - tau. */
@@ -6647,7 +6652,8 @@ static PSURF__INLINE void PSURF__K(add_lift)(const PSURF__K(form) *w, const PSUR
         sum->d[at[i]] = psurf__l3_add(sum->d[at[i]], d);
     }
     for (k = 0; k < 3 && order >= 2; k++) {
-        i = k == 2, j = k > 0;                          /* xx, xy, yy */
+        i = k == 2;                                     /* xx, xy, yy */
+        j = k > 0;
         {
             const uint32_t to = psurf__second[at[i]][at[j]];
             const psurf__l3 ends = psurf__l3_mix(w->dd[k], x->v, w->v, x->dd[k]);
@@ -9218,7 +9224,7 @@ static int psurf__fell_back(const psurf__side *side)
     const psurf__view view = psurf__view_facet(side->patches, side->facet);
     const uint32_t flags = psurf__kind_table[view.kind].points - 1;     /* the last point */
     return view.row->net && !view.row->shaded &&
-           view.points[3 * flags + side->edge] > PSURF_EDGE_HARD;
+           view.points[3 * flags + side->edge] > PSURF__R((int)PSURF_EDGE_HARD);
 }
 
 /* Edges that two faces share; from psurf_info.edges on, those between pieces of one face. */
