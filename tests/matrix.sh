@@ -41,6 +41,7 @@ steps() {
         if is_x86; then echo "m32_sanitized.$test suite m32_sanitized $test"; fi
         case $test in
         test_smooth | test_tessellate | test_eval | test_hash) ;;        # hash_s390x evaluates
+        test_scheme_points | test_scheme_seams | test_schemes) ;;
         *) echo "s390x.$test suite s390x $test" ;;
         esac
     done
