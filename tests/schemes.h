@@ -158,6 +158,32 @@ static UNUSED void scene_split_normals(scene *c, uint64_t *rng, uint32_t percent
         }
 }
 
+/* On top of vertex normals: about percent of the corners get the vertex's turned by up to so many
+   degrees, so that some differ from their neighbours' by less than the degree that makes an edge
+   hard, some by more. */
+static UNUSED void scene_turn_normals(scene *c, uint64_t *rng, uint32_t percent, double degrees)
+{
+    const mesh *m = &c->m;
+    const uint32_t corners = corner_count(m);
+    vec *normals = (vec *)grab((size_t)m->vertex_count + corners, sizeof(vec));
+    uint32_t f, k, n = 0;
+    memcpy(normals, c->normals, m->vertex_count * sizeof(vec));
+    free(c->normals);
+    c->normals = normals;
+    c->corners = (uint32_t *)grab(corners, sizeof(uint32_t));
+    for (f = 0; f < m->face_count; f++)
+        for (k = 0; k < m->faces[f].size; k++, n++) {
+            const vec own = c->normals[m->faces[f].v[k]];
+            vec aside = sub(random_vec(rng), make_vec(0.5, 0.5, 0.5));
+            const double angle = degrees * random_unit(rng) * PI / 180;
+            c->corners[n] = m->faces[f].v[k];
+            if (random_below(rng, 100) >= percent) continue;
+            aside = unit(mad(aside, -dot(aside, own), own));
+            normals[c->normal_count] = mad(mul(cos(angle), own), sin(angle), aside);
+            c->corners[n] = c->normal_count++;
+        }
+}
+
 /* Normals that have the same bits under every compiler: sums of products of positions, which are
    exact, with noise in multiples of 2^-16; not of unit length. Some corners have their own. */
 static UNUSED void scene_exact_normals(scene *c, uint64_t *rng, uint32_t percent)
@@ -171,7 +197,7 @@ static UNUSED void scene_exact_normals(scene *c, uint64_t *rng, uint32_t percent
     for (f = 0; f < m->face_count; f++) {
         const mesh_face_data *face = &m->faces[f];
         vec sum = make_vec(0, 0, 0);
-        for (k = 0; k < face->size; k++) {              /* a fan, of differences: no long products */
+        for (k = 0; k < face->size; k++) {              /* differences: no long products */
             const vec p = m->positions[face->v[0]];
             sum = add(sum, cross(sub(m->positions[face->v[k]], p),
                                  sub(m->positions[face->v[(k + 1) % face->size]], p)));

@@ -90,7 +90,10 @@ static jet inner(jet3 a, jet3 b)
 
 static jet3 unit_jet(jet3 a) { return along(inverse(root(inner(a, a))), a); }
 
-static vec value_of(const jet3 *a) { return make_vec((double)a->c[0].f, (double)a->c[1].f, (double)a->c[2].f); }
+static vec value_of(const jet3 *a)
+{
+    return make_vec((double)a->c[0].f, (double)a->c[1].f, (double)a->c[2].f);
+}
 
 /* ---- the formulas ---------------------------------------------------------------------------- */
 
@@ -485,7 +488,7 @@ static void test_derivatives(void **state)
 {
     scene c = make_varied_scene();
     const double away = IS_DOUBLE ? 1e-3 : 0.03;
-    const uint32_t samples = is_thorough() ? 3000 : 1500;
+    const uint32_t samples = is_thorough() ? 3000 : 1000;
     uint32_t i, k;
     (void)state;
     for (i = 0; i < STYLES; i++) {
@@ -584,6 +587,51 @@ static void test_shading(void **state)
     scene_free(&c);
 }
 
+/* ---- strides --------------------------------------------------------------------------------- */
+
+/* Normals that are not unit and lie apart, outputs that lie apart: the same bits. */
+static void test_strides(void **state)
+{
+    enum { APART = 5, WIDTH = 7, SAMPLES = 64 };
+    scene c = make_varied_scene();
+    uint64_t rng = 53;
+    uint32_t i, k, v, j;
+    (void)state;
+    for (i = 0; i < STYLES; i++) {
+        psurf_real *normals = (psurf_real *)grab((size_t)c.normal_count * APART, sizeof *normals);
+        psurf_real tight[SAMPLES][3], wide_apart[SAMPLES][WIDTH];
+        psurf_sample at[SAMPLES];
+        psurf_points out;
+        surface s, t;
+        scene_build(&s, &c, &styles[i], PSURF_NORMALS_AVERAGE);
+        scene_build(&t, &c, &styles[i], PSURF_NORMALS_AVERAGE);
+        for (v = 0; v < c.normal_count; v++)
+            for (j = 0; j < 3; j++)             /* times 4: the unit normal has the same bits */
+                normals[v * APART + j] = 4 * s.normals[3 * v + j];
+        t.construct.normals = normals;
+        t.construct.normal_stride = APART * sizeof *normals;
+        memset(t.memory, 0, t.patches.layout.patch_bytes);
+        assert_int_equal(psurf_construct(&t.patches, &t.construct), PSURF_OK);
+        assert_memory_equal(s.memory, t.memory, s.patches.layout.patch_bytes);
+        for (k = 0; k < SAMPLES; k++) at[k] = varied_sample(&s, &c.m, &rng, 0.01);
+        memset(&out, 0, sizeof out);
+        memset(wide_apart, 0, sizeof wide_apart);
+        out.shade = tight[0];
+        psurf_eval(&s.patches, at, SAMPLES, &out);
+        out.shade = wide_apart[0] + 2;
+        out.stride = sizeof wide_apart[0];
+        psurf_eval(&s.patches, at, SAMPLES, &out);
+        for (k = 0; k < SAMPLES; k++) {
+            assert_true(same_bits(tight[k], wide_apart[k] + 2));
+            assert_true(wide_apart[k][1] == 0 && wide_apart[k][5] == 0);
+        }
+        free(normals);
+        surface_free(&s);
+        surface_free(&t);
+    }
+    scene_free(&c);
+}
+
 /* ---- planes ---------------------------------------------------------------------------------- */
 
 /* Calls back at a grid of places of every piece, corners and edges included. */
@@ -658,7 +706,7 @@ static void test_flat_sheet(void **state)
     uint32_t i, k, mode;
     (void)state;
     for (i = 0; i < STYLES; i++)
-        for (mode = 0; mode <= PSURF_NORMALS_COUNT; mode++) {
+        for (mode = i % 2; mode <= PSURF_NORMALS_COUNT; mode += is_thorough() ? 1 : 2) {
             uint64_t rng = 47;
             mesh m = make_grid(4, 4), n;
             scene c;
@@ -860,7 +908,7 @@ static void test_defects(void **state)
                 const uint32_t mode = (what + i) % PSURF_NORMALS_COUNT;
                 char name[128];
                 surface s;
-                if (!is_thorough() && (what + i + given) % 5) continue;
+                if (!is_thorough() && (what + i + given) % 7) continue;
                 snprintf(name, sizeof name, "%s, %s, %s %u", styles[i].name, defect_names[what],
                          given ? "given" : "mode", (unsigned)mode);
                 scene_build(&s, &c, &styles[i], (psurf_normal_mode)mode);
@@ -878,7 +926,7 @@ static void test_defects(void **state)
 
 /* ---- places that are looked at more closely -------------------------------------------------- */
 
-/* Tessellation and psurf_eval say the same of normals that vanish or oppose, where both have to look
+/* Tessellation and psurf_eval say the same of normals that vanish or oppose, where both look
    a second time: at a corner without a normal, between opposite ones, along an edge. */
 static void test_closer_look(void **state)
 {
@@ -918,7 +966,8 @@ static void test_closer_look(void **state)
             points.n = at_n, points.shade = at_shade;
             psurf_eval(&s.patches, where, 15, &points);
             for (k = 0; k < 15; k++) {
-                const int middle = i == 0 && where[k].u > 0.4 && where[k].u < 0.6 && where[k].v <= 0;
+                const int middle = i == 0 && where[k].u > 0.4 && where[k].u < 0.6
+                                   && where[k].v <= 0;
                 const double apart = distance(load(n + 3 * k), load(at_n + 3 * k));
                 const double shaded = distance(load(shade + 3 * k), load(at_shade + 3 * k));
                 if (middle && s.scheme != PSURF_SMOOTHED_N) continue;   /* du and dv are parallel:
@@ -966,8 +1015,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_derivatives), cmocka_unit_test(test_comparison_is_sharp),
-        cmocka_unit_test(test_shading),     cmocka_unit_test(test_flat_faces),
-        cmocka_unit_test(test_flat_sheet),  cmocka_unit_test(test_defects),
-        cmocka_unit_test(test_closer_look), cmocka_unit_test(test_lone_faces_stay)};
+        cmocka_unit_test(test_shading),     cmocka_unit_test(test_strides),
+        cmocka_unit_test(test_flat_faces),  cmocka_unit_test(test_flat_sheet),
+        cmocka_unit_test(test_defects),     cmocka_unit_test(test_closer_look),
+        cmocka_unit_test(test_lone_faces_stay)};
     return cmocka_run_group_tests_name("scheme points", tests, NULL, NULL);
 }

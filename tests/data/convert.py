@@ -4,7 +4,7 @@ point-normal schemes, all others) reads.
 
 usage: convert.py in.json > out.txt
 
-Of pm, samples of the JSON are parameters of the patch; those of the text are parameters of the face, as
+Of pm, samples of the JSON are parameters of the patch; those of the text are of the face, as
 psurf_sample defines them: weights of corners 1 and 2 of a triangle, the unit square of a quad,
 (sector, weight of corner sector, weight of corner sector + 1) from five corners on. Numbers keep
 all 17 significant digits. Sections, each with its count of rows:
