@@ -574,8 +574,8 @@ typedef enum psurf_normal_mode {
     PSURF_NORMALS_AVERAGE,              /* mean of the unit normals of the facets around */
     PSURF_NORMALS_AREA,                 /* the same, weighted by area */
     PSURF_NORMALS_LIMIT,                /* limit points and normals of the facets after splitting:
-                                           Catmull and Clark's among quads, else pm's. Positions
-                                           move there too */
+                                           Catmull and Clark's among quads, else pm's, but without
+                                           the wide sides of corners. Positions move there too */
     PSURF_NORMALS_COUNT
 } psurf_normal_mode;
 

@@ -344,7 +344,7 @@ enum binding {
 
 typedef struct push_constants {             /* push_b of the shader */
     uint32_t count, blend_count;
-    uint32_t kind_first[PSURF_P5 + 2], kind_first_corner[PSURF_P5 + 2];      /* of the kinds of pm */
+    uint32_t kind_first[PSURF_P5 + 2], kind_first_corner[PSURF_P5 + 2];     /* of pm's kinds */
 } push_constants;
 
 typedef struct gpu {
